@@ -263,7 +263,7 @@ std::string explain_extra(const CLI::App& command, const std::string& word) {
     for (const std::string& name : option->get_lnames()) candidates.push_back("--" + name);
   const std::string bare = word.substr(0, word.find('='));
   const std::string near = nearest(bare, candidates);
-  if (near.empty() && word.find(',') != std::string::npos)
+  if (!word.starts_with("--") && word.find(',') != std::string::npos)
     return "unknown option `" + word + "`; for formulas that begin with a minus write 0 - x in place of -x";
   return "unknown option `" + bare + "`" + (near.empty() ? "" : ", did you mean `" + near + "`?");
 }
@@ -291,7 +291,7 @@ std::string explain(const CLI::App& program, const CLI::ParseError& error) {
   while (!command->get_subcommands().empty()) command = command->get_subcommands().front();
   if (dynamic_cast<const CLI::RequiredError*>(&error) != nullptr && command->get_require_subcommand_min() > 0)
     return explain_missing_command(*command);
-  // What is missing may be there, and misspelt.
+  // A misspelt option may be the one that is missing.
   const bool misses = dynamic_cast<const CLI::RequiredError*>(&error) != nullptr;
   if (!misses && dynamic_cast<const CLI::ExtrasError*>(&error) == nullptr) return error.what();
   std::string text = misses ? error.what() : "";

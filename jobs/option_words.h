@@ -1,7 +1,9 @@
 // The words of options that choose one of an enum, shared by the subcommands.
 #pragma once
 
+#include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "io/store/store.h"
@@ -53,13 +55,26 @@ inline constexpr Word<DensityKind> density_words[] = {
     {"uniform", DensityKind::uniform},   {"mean", DensityKind::mean},
     {"gaussian", DensityKind::gaussian}, {"max", DensityKind::max},
     {"texture", DensityKind::texture},   {"texture-inverse", DensityKind::texture_inverse}};
-// "formula:TEXT" and "unit-formula:TEXT" into a density; false for other texts. The formula is not compiled
-// here.
-inline bool is_formula_text(std::string_view text, DensityParameters& density) {
-  constexpr std::string_view plain = "formula:", unit = "unit-formula:";
-  if (!text.starts_with(plain) && !text.starts_with(unit)) return false;
-  density.kind = text.starts_with(plain) ? DensityKind::formula : DensityKind::unit_formula;
-  density.formula = text.substr(text.find(':') + 1);
+// Densities and tensor fields by formula are given as "formula:TEXT", in lengths of the file, or
+// "unit-formula:TEXT".
+struct FormulaText {
+  bool unit_box;
+  std::string text;
+};
+inline constexpr std::string_view formula_prefix = "formula:", unit_formula_prefix = "unit-formula:";
+// Not compiled here; none for other texts.
+inline std::optional<FormulaText> formula_in(std::string_view text) {
+  for (const std::string_view prefix : {formula_prefix, unit_formula_prefix})
+    if (text.starts_with(prefix))
+      return FormulaText{prefix == unit_formula_prefix, std::string(text.substr(prefix.size()))};
+  return std::nullopt;
+}
+// False, nothing changed, for texts that are no formula.
+inline bool take_formula(std::string_view text, DensityParameters& density) {
+  const std::optional<FormulaText> formula = formula_in(text);
+  if (!formula) return false;
+  density.kind = formula->unit_box ? DensityKind::unit_formula : DensityKind::formula;
+  density.formula = formula->text;
   return true;
 }
 

@@ -41,7 +41,7 @@ void resolve_density(const std::string& text, DensityParameters& density,
     density.attribute = text.substr(text.find(':') + 1);
     return;
   }
-  if (is_formula_text(text, density)) return;
+  if (take_formula(text, density)) return;
   for (const auto& word : density_words)
     if (text == word.text) {
       density.kind = word.value;

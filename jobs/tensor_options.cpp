@@ -5,6 +5,7 @@
 #include <array>
 #include <charconv>
 #include <filesystem>
+#include <optional>
 #include <string_view>
 
 #include "jobs/option_words.h"
@@ -36,7 +37,7 @@ void resolve_kind(const TensorOptionTexts& texts, TensorParameters& tensor,
                   std::vector<std::string>& problems) {
   const std::string& text = texts.tensor;
   constexpr std::string_view vertex = "attribute:", face = "face-attribute:", constant = "constant:",
-                             file = "file:", formula = "formula:", unit_formula = "unit-formula:";
+                             file = "file:";
   if (text == "curvature") {
     tensor.kind = TensorKind::curvature;
   } else if (text == "isotropic") {
@@ -53,9 +54,9 @@ void resolve_kind(const TensorOptionTexts& texts, TensorParameters& tensor,
       problems.push_back("--tensor: `" + text + "` needs six numbers XX,XY,XZ,YY,YZ,ZZ");
       tensor.constant = TensorParameters{}.constant;  // half of it would be found indefinite as well
     }
-  } else if (text.starts_with(formula) || text.starts_with(unit_formula)) {
-    tensor.kind = text.starts_with(formula) ? TensorKind::formula : TensorKind::unit_formula;
-    tensor.formula = text.substr(text.find(':') + 1);
+  } else if (const std::optional<FormulaText> formula = formula_in(text)) {
+    tensor.kind = formula->unit_box ? TensorKind::unit_formula : TensorKind::formula;
+    tensor.formula = formula->text;
   } else if (text.starts_with(file)) {
     tensor.kind = TensorKind::table;
     tensor.attribute = text.substr(file.size());
@@ -164,9 +165,9 @@ std::string tensor_text(const TensorParameters& tensor) {
     case TensorKind::table:
       return "file:" + tensor.attribute;
     case TensorKind::formula:
-      return "formula:" + tensor.formula;
+      return std::string(formula_prefix) + tensor.formula;
     case TensorKind::unit_formula:
-      return "unit-formula:" + tensor.formula;
+      return std::string(unit_formula_prefix) + tensor.formula;
   }
   return "";
 }

@@ -53,7 +53,7 @@ void choose_density(const SampleOptions& options, DensityParameters& density,
     density.attribute = density_attribute;
     return;
   }
-  if (is_formula_text(options.density, density)) {
+  if (take_formula(options.density, density)) {
     if (uses_coordinates(density))
       problems.push_back("density: `u` and `v` are texture coordinates, which meshes here do not have");
     if (options.density_floor != SampleOptions{}.density_floor ||

@@ -418,15 +418,15 @@ void Expression::evaluate_blocks(ExpressionInputs<Scalar> inputs, std::span<Scal
   for (std::size_t k = 0; k < variables_.size(); ++k)
     if (used_[k] && (k >= inputs.size() || inputs[k].size() < result.size()))
       throw std::invalid_argument("the expression needs the variable " + variables_[k]);
-  const std::size_t most = std::min(block_size, result.size());
-  std::vector<Scalar> stack(stack_size_ * most);
+  const std::size_t block = std::min(block_size, result.size());
+  std::vector<Scalar> stack(stack_size_ * block);
   for (std::size_t begin = 0; begin < result.size(); begin += block_size) {
     const std::size_t count = std::min(block_size, result.size() - begin);
     std::size_t depth = 0;
     for (const Instruction& instruction : code_) {
       const int arity = arity_of(instruction.operation);
       if (arity == 0) ++depth;
-      Scalar* top = stack.data() + (depth - 1) * most;
+      Scalar* top = stack.data() + (depth - 1) * block;
       if (instruction.operation == Operation::constant)
         std::fill_n(top, count, Scalar(constants_[instruction.argument]));
       else if (instruction.operation == Operation::variable)
@@ -434,7 +434,7 @@ void Expression::evaluate_blocks(ExpressionInputs<Scalar> inputs, std::span<Scal
       else if (arity == 1)
         apply(instruction, top, count);
       else
-        combine(instruction.operation, stack.data() + (--depth - 1) * most, top, count);
+        combine(instruction.operation, stack.data() + (--depth - 1) * block, top, count);
     }
     std::copy_n(stack.data(), count, result.data() + begin);
   }

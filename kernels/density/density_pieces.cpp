@@ -13,19 +13,19 @@ namespace meander {
 
 namespace {
 
-constexpr int most_pieces_per_pixel = 4;  // as a power of two
-constexpr int most_piece_levels = std::bit_width(most_density_pieces) - 1;
+constexpr int max_pieces_per_pixel = 4;  // as a power of two
+constexpr int max_piece_levels = std::bit_width(most_density_pieces) - 1;
 
 // Pieces for a pixel, as a power of two, that are not too many in all. levels: by the power of two of the
 // pixels of triangles, how many there are.
 int pieces_per_pixel(const std::array<std::uint64_t, 64>& triangles_of_level) {
-  int fitting = most_pieces_per_pixel;
+  int fitting = max_pieces_per_pixel;
   for (;; --fitting) {
     double pieces = 0;
     for (int level = 0; level < 64; ++level)
       if (level + fitting > 0)
         pieces += static_cast<double>(triangles_of_level[static_cast<std::size_t>(level)]) *
-                  std::ldexp(1.0, std::min(level + fitting, most_piece_levels + 1));
+                  std::ldexp(1.0, std::min(level + fitting, max_piece_levels + 1));
     if (pieces <= static_cast<double>(most_density_pieces)) return fitting;
   }
 }
@@ -47,11 +47,11 @@ class TrianglePieces {
   }
 
  private:
-  static constexpr int most_at_once = 10;  // bisections: so many values that an evaluation of arrays pays
+  static constexpr int max_at_once = 10;  // bisections: so many values that an evaluation of arrays pays
 
   double fill(const WorkPiece& piece, int level) {
     const int below = deepest_ - level;
-    if (below <= most_at_once) return fill_at_once(piece, level, below);
+    if (below <= max_at_once) return fill_at_once(piece, level, below);
     const auto [first, second] = bisect(piece);
     double mean = 0.5 * fill(first, level + 1);
     mean += 0.5 * fill(second, level + 1);

@@ -22,7 +22,7 @@ constexpr std::size_t formula_block = 1024;
 
 bool is_density(double value) { return value >= 0 && value <= largest_density; }
 
-// What rounding makes of 0, as of 1 + cos at its least.
+// Sets to 0 what rounding makes of it, as of 1 + cos at its minimum.
 void drop_rounding(std::span<double> value) {
   double largest = 1;
   for (const double v : value) largest = std::max(largest, v);

@@ -1,4 +1,4 @@
-// What formulas on a mesh may name.
+// The variables of formulas on a mesh.
 #pragma once
 
 #include <array>

@@ -123,9 +123,9 @@ Density make_texture_density(const PolygonMesh& file, const PreparedMesh& mesh,
     for (std::size_t k = 0; k < weight.size(); ++k) value[k] = light.density(*triangle, weight[k]);
   };
   Density density = density_in_pieces(mesh, level, values, cancel);
+  // As large as any light: what is drawn again does not depend on the brightest pixel.
   for (std::size_t t = 0; t < count && density.in_pieces(); ++t)
-    density.piece_mean[density.piece_begin[t]] =
-        1;  // as large as any light: redraws do not depend on the image
+    density.piece_mean[density.piece_begin[t]] = 1;
   return density;
 }
 

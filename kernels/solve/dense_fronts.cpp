@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::size_t block_width = 32;  // columns that are eliminated before the rest is updated, by tiles
 constexpr std::size_t panel_width = 8;   // of them, columns before those of the block are updated
-constexpr std::size_t least_tiled = 24;  // columns of a block below which packing them does not pay
+constexpr std::size_t min_tiled = 24;    // columns of a block below which packing them does not pay
 constexpr std::size_t strip = 8;         // rows, and columns, of a tile
 
 // c[j * stride + i] -= sum over k of a[strip * k + i] * b[strip * k + j] for a tile of strip x strip entries;
@@ -220,7 +220,7 @@ bool factorise_front(double* values, std::size_t rows, std::size_t columns, Inst
   const SubtractTile subtract = tile_of(set);
   std::vector<double> packed;
   return in_blocks(0, columns, block_width, [&](std::size_t first, std::size_t last) {
-    const bool tiled = last - first >= least_tiled;
+    const bool tiled = last - first >= min_tiled;
     if (!in_blocks(first, last, panel_width, [&](std::size_t begin, std::size_t end) {
           if (!front.factorise(begin, end)) return false;
           front.update_lower(begin, end, tiled ? last : rows);
@@ -241,7 +241,7 @@ bool eliminate_front(double* values, std::size_t rows, std::size_t columns, Inst
   const SubtractTile subtract = tile_of(set);
   std::vector<double> left, right;
   return in_blocks(0, columns, block_width, [&](std::size_t first, std::size_t last) {
-    const bool tiled = last - first >= least_tiled;
+    const bool tiled = last - first >= min_tiled;
     if (!in_blocks(first, last, panel_width, [&](std::size_t begin, std::size_t end) {
           if (!front.eliminate(begin, end)) return false;
           const std::size_t reach = tiled ? last : rows;

@@ -23,6 +23,14 @@ std::string without_blanks(std::string_view text) {
   return rest;
 }
 
+template <class Jet>
+std::vector<Jet> with_derivatives(std::span<const double> parameter, double by_u, double by_v) {
+  std::vector<Jet> jets;
+  jets.reserve(parameter.size());
+  for (const double value : parameter) jets.emplace_back(value, by_u, by_v);
+  return jets;
+}
+
 class FormulaSurface final : public ParametricSurface {
  public:
   FormulaSurface(std::string name, std::vector<Expression> axes)
@@ -44,12 +52,7 @@ class FormulaSurface final : public ParametricSurface {
 
   void tangents(std::span<const double> u, std::span<const double> v,
                 std::span<SurfaceTangents> result) const override {
-    std::vector<Jet1> by_u(u.size()), by_v(v.size());
-    for (std::size_t i = 0; i < u.size(); ++i) {
-      by_u[i] = {u[i], 1, 0};
-      by_v[i] = {v[i], 0, 1};
-    }
-    const auto [x, y, z] = values<Jet1>(by_u, by_v);
+    const auto [x, y, z] = values<Jet1>(with_derivatives<Jet1>(u, 1, 0), with_derivatives<Jet1>(v, 0, 1));
     for (std::size_t i = 0; i < result.size(); ++i)
       result[i] = {finite({x[i].f, y[i].f, z[i].f}, u[i], v[i]), slope({x[i].u, y[i].u, z[i].u}, u[i], v[i]),
                    slope({x[i].v, y[i].v, z[i].v}, u[i], v[i])};
@@ -57,12 +60,7 @@ class FormulaSurface final : public ParametricSurface {
 
   void jets(std::span<const double> u, std::span<const double> v,
             std::span<SurfaceJet> result) const override {
-    std::vector<Jet2> by_u(u.size()), by_v(v.size());
-    for (std::size_t i = 0; i < u.size(); ++i) {
-      by_u[i] = {u[i], 1, 0};
-      by_v[i] = {v[i], 0, 1};
-    }
-    const auto [x, y, z] = values<Jet2>(by_u, by_v);
+    const auto [x, y, z] = values<Jet2>(with_derivatives<Jet2>(u, 1, 0), with_derivatives<Jet2>(v, 0, 1));
     for (std::size_t i = 0; i < result.size(); ++i)
       result[i] = {finite({x[i].f, y[i].f, z[i].f}, u[i], v[i]),
                    slope({x[i].u, y[i].u, z[i].u}, u[i], v[i]),

@@ -10,7 +10,6 @@
 #include <utility>
 
 #include "kernels/analyse/chi_square.h"
-#include "kernels/core/parallel.h"
 #include "kernels/density/density_pieces.h"
 #include "kernels/locate/embree_locator.h"
 #include "kernels/locate/pieces.h"
@@ -35,7 +34,7 @@ DensityParameters by_formula(const std::string& text, DensityKind kind = Density
 
 double integral(const PolygonMesh& file, const DensityParameters& parameters) {
   const PreparedMesh mesh = prepare_mesh(file);
-  return file_measure(mesh, blocked_sum(triangle_masses(mesh, make_formula_density(file, mesh, parameters))));
+  return file_measure(mesh, measure_of(mesh, make_formula_density(file, mesh, parameters), false).total());
 }
 double integral(const PolygonMesh& file, const std::string& text) { return integral(file, by_formula(text)); }
 
