@@ -508,6 +508,7 @@ GraphResult run_sampling_graph(const std::vector<PlanItem>& plan, const GraphPar
                                const std::function<void(const FinishedItem&)>& observer) {
   const oneapi::tbb::global_control threads(oneapi::tbb::global_control::max_allowed_parallelism,
                                             static_cast<std::size_t>(parameters.threads));
+  require_task_memory();
   oneapi::tbb::task_arena arena(parameters.threads);
   GraphResult result;
   const LoopHandoff handoff;

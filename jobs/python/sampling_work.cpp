@@ -10,6 +10,7 @@
 
 #include "jobs/surface_sources.h"
 #include "kernels/core/failure.h"
+#include "kernels/core/parallel.h"
 #include "kernels/surface/surface_row.h"
 
 namespace meander {
@@ -39,6 +40,7 @@ void with_threads(int threads, const Work& work) {
   std::optional<oneapi::tbb::global_control> more;
   if (threads > oneapi::tbb::info::default_concurrency())
     more.emplace(oneapi::tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(threads));
+  require_task_memory();
   oneapi::tbb::task_arena(threads).execute(work);
 }
 

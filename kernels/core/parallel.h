@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <new>
 #include <span>
 #include <vector>
 
@@ -21,6 +22,14 @@ namespace meander {
 inline constexpr std::size_t parallel_threshold = 16384;
 // Blocks of sums are cut here whatever the thread count, so that floating-point sums have one order.
 inline constexpr std::size_t sum_block = 4096;
+
+// Throws std::bad_alloc where too little memory or address space is left for oneTBB to start in. For the time
+// before the first arena: oneTBB 2022.1 holds the lock of its settings while it allocates its first objects,
+// and asks for the same lock in order to throw where that fails, so that it waits for itself for ever.
+inline void require_task_memory() {
+  constexpr std::size_t bytes = std::size_t{16} << 20;
+  ::operator delete(::operator new(bytes));
+}
 
 // Calls body(begin, end) over [0, count) in blocks of at most `block` elements. Blocks are the same for every
 // thread count; body must not touch another block's output. Isolated: a thread that waits here never starts
