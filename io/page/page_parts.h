@@ -7,6 +7,6 @@ namespace meander::page_parts {
 
 extern const std::string_view markup;      // page.html, with marks for the others: see model_page.cpp
 extern const std::string_view style;       // page.css
-extern const std::string_view scripts[4];  // in their order
+extern const std::string_view scripts[5];  // in their order
 
 }  // namespace meander::page_parts

@@ -15,6 +15,7 @@ uniform vec4 disc;                     // radius at density 1, lowest and highes
 uniform vec3 look;                     // colour: 0 plain, 1 density, 2 rank, 3 normal; 1: dots; pixels of half the height
 uniform float least;                   // radius in pixels of the smallest
 uniform vec3 plain;
+uniform vec4 thinning;                 // points over share (0: none are left out), least weight, fade (0: both sides), share
 uniform sampler2D ramp;
 flat out vec3 shade;
 flat out vec3 facing;
@@ -31,9 +32,21 @@ void main() {
   vec3 own = unfolded(folded);
   vec3 n = turn * own;
   vec3 eye = normalize(vec3(-p.xy, lens.z - p.z));
+  float kept = 1.0;
+  if (thinning.x > 0.0) {              // as viewDetail has it
+    float facing = min(thinning.z > 0.0 ? n.z : abs(n.z), 1.0);
+    float weight = thinning.y + (1.0 - thinning.y) * pow(max(1.0 - facing, 0.0), 4.0);
+    if (facing <= 0.0) weight = thinning.z > 0.0 && n.z > -thinning.z ? pow(1.0 + n.z / thinning.z, 2.0) : 0.0;
+    if (float(gl_VertexID) + 0.5 >= thinning.x * weight) {
+      gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
+      gl_PointSize = 1.0;
+      return;
+    }
+    kept = clamp(thinning.w * weight, 1e-6, 1.0);
+  }
   if (dot(n, eye) < 0.0) n = -n;
   float density = disc.w > 0.5 ? exp(mix(log(disc.y), log(disc.z), value.x)) : mix(disc.y, disc.z, value.x);
-  float radius = disc.x * (look.y > 0.5 ? 1.0 : inversesqrt(max(density, 1e-30)));
+  float radius = disc.x * (look.y > 0.5 ? 1.0 : inversesqrt(max(density * kept, 1e-30)));
   float away = lens.z - p.z;
   gl_Position = vec4(lens.xy * p.xy + vec2(shift.x / aspect, shift.y) * away, -0.5 * p.z * away, away);
   float pixels = max(lens.y * radius / away * look.z, least);
@@ -135,7 +148,7 @@ class Renderer {
     if (!gl.getProgramParameter(program, gl.LINK_STATUS)) throw new Error(gl.getProgramInfoLog(program));
     gl.useProgram(program);
     this.uniforms = {};
-    for (const name of ['extent', 'turn', 'lens', 'shift', 'aspect', 'disc', 'look', 'least', 'plain', 'ramp'])
+    for (const name of ['extent', 'turn', 'lens', 'shift', 'aspect', 'disc', 'look', 'least', 'plain', 'ramp', 'thinning'])
       this.uniforms[name] = gl.getUniformLocation(program, name);
     const ramp = new Uint8Array(256 * 4);
     for (let i = 0; i < 256; ++i) ramp.set([...lagoonColour(i / 255), 255], 4 * i);
@@ -183,7 +196,8 @@ class Renderer {
   }
 
   // Draws the first points into the upper left width x height pixels of the hidden canvas, none smaller than
-  // `least` pixels. how: {points, colour, style, size, up}; view: {yaw, pitch, zoom, x, y}; theme: {stage,
+  // `least` pixels. how: {points, colour, style, size, up, detail}; `kept` tells how
+  // many it drew; view: {yaw, pitch, zoom, x, y}; theme: {stage,
   // plain}, 0 to 1.
   draw(position, width, height, how, view, theme, least) {
     const gl = this.gl;
@@ -204,7 +218,12 @@ class Renderer {
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
     this.bindModel(position);
     gl.uniform3fv(this.uniforms.extent, extent.map((e) => e / scale));
-    gl.uniformMatrix3fv(this.uniforms.turn, false, turnMatrix(view.yaw, view.pitch, how.up));
+    const turn = turnMatrix(view.yaw, view.pitch, how.up);
+    gl.uniformMatrix3fv(this.uniforms.turn, false, turn);
+    const detail = how.detail === 'view' && onlyPrefixes ? viewDetail(position, count, [turn[2], turn[5], turn[8]]) : null;
+    this.kept = detail ? detail.kept : count;
+    if (detail) gl.uniform4f(this.uniforms.thinning, detail.share * count, LEAST_WEIGHT, detail.closed ? FADE : 0, detail.share);
+    else gl.uniform4f(this.uniforms.thinning, 0, 0, 0, 1);
     gl.uniform3f(this.uniforms.lens, magnified / aspect, magnified, EYE_DISTANCE);
     gl.uniform2f(this.uniforms.shift, view.x, view.y);
     gl.uniform1f(this.uniforms.aspect, aspect);

@@ -1,11 +1,11 @@
 // The page: settings, the grid of tiles, the large view, tables. What is shown is in the fragment of the
-// address, so that a link shows a view: #model=ID&points=N&colour=density|rank|normal&style=dots&size=S&up=z
+// address, so that a link shows a view: #model=ID&points=N&colour=density|rank|normal&style=dots&size=S&up=z&detail=view
 // &yaw=&pitch=&zoom=&x=&y=&text=&label=&sort=&theme=dark.
 
 const byId = (id) => document.getElementById(id);
 const FIRST_VIEW = {yaw: -0.6, pitch: 0.35, zoom: 1, x: 0, y: 0};
 const FIRST_SETTINGS = {
-  model: '', points: facts.points, colour: 'plain', style: 'discs', size: 1, up: 'y', text: '', label: '', sort: 'id', theme: '',
+  model: '', points: facts.points, colour: 'plain', style: 'discs', size: 1, up: 'y', detail: 'all', text: '', label: '', sort: 'id', theme: '',
 };
 const settings = {...FIRST_SETTINGS};
 const view = {...FIRST_VIEW};
@@ -31,7 +31,7 @@ function readFragment() {
     const number = parseFloat(given.get(name));
     if (Number.isFinite(number)) view[name] = number;
   }
-  const choices = {colour: ['plain', 'density', 'rank', 'normal'], style: ['discs', 'dots'], up: ['y', 'z'], theme: ['', 'light', 'dark'],
+  const choices = {colour: ['plain', 'density', 'rank', 'normal'], style: ['discs', 'dots'], up: ['y', 'z'], detail: ['all', 'view'], theme: ['', 'light', 'dark'],
                    sort: [...byId('sort').options].map((option) => option.value)};
   for (const [name, words] of Object.entries(choices))
     if (!words.includes(settings[name])) settings[name] = FIRST_SETTINGS[name];
@@ -66,7 +66,7 @@ const pointsOfSlider = (place) => Math.round(Math.exp((place / 1000) * Math.log(
 function showSettings() {
   byId('points').value = sliderOf(settings.points);
   byId('points-text').value = `${formatted(settings.points)} of ${formatted(facts.points)}`;
-  for (const name of ['colour', 'style', 'size', 'up', 'text', 'label', 'sort', 'theme']) byId(name).value = settings[name];
+  for (const name of ['colour', 'style', 'size', 'up', 'detail', 'text', 'label', 'sort', 'theme']) byId(name).value = settings[name];
   if (settings.theme) document.documentElement.dataset.theme = settings.theme;
   else document.documentElement.dataset.theme = matchMedia('(prefers-color-scheme: dark)').matches ? 'dark' : 'light';
   showLegend();
@@ -148,6 +148,7 @@ function drawLarge(atRest = false) {
   const [width, height] = pixelsOf(canvas);
   const quick = !atRest && settings.points > QUICK_POINTS;
   renderer.paint(canvas, opened, width, height, settings, view, themeColours(), quick);
+  if (settings.detail === 'view') byId('points-text').value = `${formatted(renderer.kept)} of ${formatted(settings.points)} for this view`;
   drawnOnce = true;
   clearTimeout(restTimer);
   if (quick) restTimer = setTimeout(drawAtRest, REST_MILLISECONDS);
@@ -472,6 +473,7 @@ function fillRun() {
 
 function fillChoices() {
   const used = [...new Set(facts.models.map((model) => model.label))].filter((label) => label >= 0).sort((a, b) => a - b);
+  byId('detail-choice').hidden = !onlyPrefixes;
   byId('label-choice').hidden = used.length === 0;
   const choices = [['', 'all'], ...used.map((label) => [String(label), facts.labels[label]])];
   if (facts.models.some((model) => model.label < 0)) choices.push(['-1', 'none']);
@@ -511,7 +513,7 @@ function watchControls() {
     settings.size = Number(event.target.value);
     redrawWith();
   });
-  for (const name of ['colour', 'style', 'up', 'theme'])
+  for (const name of ['colour', 'style', 'up', 'detail', 'theme'])
     byId(name).addEventListener('change', (event) => {
       settings[name] = event.target.value;
       redrawWith();

@@ -333,3 +333,40 @@ TEST_CASE("page: Chromium draws the models, and fewer points and other colours a
   CHECK(ink > 5000);
   CHECK(differing > 5000);
 }
+
+TEST_CASE("page: Chromium draws for a view the points that the rule of view_detail.h keeps") {
+  MEANDER_NEEDS_CHROMIUM();
+  const Collection c;
+  c.page();
+  // What the page says that it drew of the 400 points of a ring, which is closed.
+  const auto kept = [&](const std::string& fragment) {
+    const std::string dom = visit(c, "model=ring/a.off" + fragment, "--dump-dom");
+    const std::size_t at = dom.find(" of 400 for this view");
+    REQUIRE(at != std::string::npos);
+    return std::stoi(dom.substr(dom.rfind('>', at) + 1));
+  };
+  const StoreReader store(c.path("s.h5"));
+  const std::vector<float> normals = store.read_row(*store.find("ring/a.off")).samples.normals;
+  const auto expected = [&](std::size_t axis, float sign) {
+    constexpr double least = 0.1, fade = 0.35, front = least + (1 - least) / 5;
+    std::vector<double> weights;
+    double sum = 0, projected = 0, count = 0;
+    for (std::size_t i = axis; i < normals.size(); i += 3) {
+      const double cosine = sign * normals[i];
+      weights.push_back(cosine > 0       ? least + (1 - least) * std::pow(1 - cosine, 4)
+                        : cosine > -fade ? std::pow(1 + cosine / fade, 2)
+                                         : 0.0);
+      sum += weights.back();
+      projected += std::max(0.0, cosine);
+    }
+    const double share = 0.5 * (front + fade / 3) / 0.25 * projected / sum;
+    for (std::size_t i = 0; i < weights.size(); ++i)
+      count += (static_cast<double>(i) + 0.5) / static_cast<double>(weights.size()) < share * weights[i];
+    return count;
+  };
+  // Normals have one byte a coordinate there. Yaw and pitch 0: the eye is on the z axis, else on the x axis.
+  const double above = expected(2, 1), beside = expected(0, -1);
+  CHECK(kept("&detail=view&yaw=0&pitch=0") == Approx(above).margin(6));
+  CHECK(kept("&detail=view&yaw=1.571&pitch=0") == Approx(beside).margin(6));
+  CHECK(above < 300);
+}
