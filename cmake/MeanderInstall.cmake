@@ -52,6 +52,8 @@ if(TARGET meander_python)
   install(TARGETS meander_python LIBRARY DESTINATION ${MEANDER_PYTHON_DIR}/meander)
   get_property(files GLOBAL PROPERTY MEANDER_PYTHON_FILES)
   install(FILES ${files} DESTINATION ${MEANDER_PYTHON_DIR}/meander)
+  get_property(files GLOBAL PROPERTY MEANDER_FIGURES_FILES)
+  install(FILES ${files} DESTINATION ${MEANDER_PYTHON_DIR}/meander/figures)
 endif()
 
 # Component `libraries` (only when it is asked for, as the tarball does): the shared libraries of the program and of the

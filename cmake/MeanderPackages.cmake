@@ -15,5 +15,5 @@ set(CPACK_DEBIAN_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PACKAGE_RECOMMENDS "fonts-dejavu-core, python3 (>= 3.9), python3-numpy")
 set(CPACK_DEBIAN_PACKAGE_SUGGESTS
-    "bash-completion, man-db, python3-h5py, libeigen3-dev, libembree-dev, libtbb-dev")
+    "bash-completion, man-db, python3-h5py, python3-matplotlib, libeigen3-dev, libembree-dev, libtbb-dev")
 include(CPack)

@@ -133,6 +133,10 @@ DescribeParameters describe_parameters(const std::string& path, const std::strin
 
 }  // namespace
 
+SampleParameters parameters_of_run(const std::vector<std::string>& options) {
+  return RepeatedRun(options).options().sample;
+}
+
 StoredParameters stored_parameters(const StoreReader& store, const std::string& path,
                                    std::span<const DescriptorSchema> wanted) {
   if (store.columns().rows == RowKind::surfaces)

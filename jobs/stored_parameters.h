@@ -10,6 +10,9 @@
 
 namespace meander {
 
+// What `meander run` does with these options ("--method", "conformal", ...). Throws UsageError.
+SampleParameters parameters_of_run(const std::vector<std::string>& options);
+
 struct StoredParameters {
   SampleParameters sample;                   // without descriptors
   std::vector<DescribeParameters> describe;  // one descriptor each, in the order of what is wanted

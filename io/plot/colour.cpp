@@ -1,7 +1,5 @@
 #include "io/plot/colour.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -49,10 +47,6 @@ Rgb further_colour(std::size_t index) {
 
 }  // namespace
 
-std::string hex_colour(Rgb colour) {
-  return fmt::format("#{:02x}{:02x}{:02x}", colour.red, colour.green, colour.blue);
-}
-
 Rgb palette_colour(std::size_t index) {
   static constexpr std::array<Rgb, palette_size> palette{{{0x00, 0x72, 0xB2},
                                                           {0xD5, 0x5E, 0x00},
@@ -67,11 +61,6 @@ Rgb palette_colour(std::size_t index) {
   return index < palette.size() ? palette[index] : further_colour(index - palette.size());
 }
 
-Rgb map_colour(ColourMap map, double t) {
-  t = t > 0 ? std::min(t, 1.0) : 0.0;  // NaN too becomes 0
-  if (map == ColourMap::lagoon) return lagoon(t);
-  const std::uint8_t grey = byte_of(map == ColourMap::grey ? t : 1 - t);
-  return {grey, grey, grey};
-}
+Rgb map_colour(double t) { return lagoon(t > 0 ? std::min(t, 1.0) : 0.0); }  // NaN too becomes 0
 
 }  // namespace meander

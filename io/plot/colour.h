@@ -1,9 +1,8 @@
-// Colours of figures: a palette for curves and colour maps for values.
+// Colours of pictures: a palette for classes and a map for values.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
-#include <string>
 
 #include "kernels/render/rgb_image.h"
 
@@ -18,9 +17,6 @@ struct Rgb {
 // As pixels of pictures have it.
 inline SrgbColour srgb(Rgb colour) { return {colour.red, colour.green, colour.blue}; }
 
-// "#rrggbb".
-std::string hex_colour(Rgb colour);
-
 // Ten colours that stay apart for readers with protanopia and deuteranopia (simulated after Machado et al.
 // 2009, any two are at least 0.076 apart in OKLab): those of Okabe and Ito (2008, "Color Universal Design")
 // without yellow, which is too pale for lines on white, then indigo and wine of Tol (2021, SRON technical
@@ -29,18 +25,10 @@ std::string hex_colour(Rgb colour);
 inline constexpr std::size_t palette_size = 10;
 Rgb palette_colour(std::size_t index);
 
-// The grey of reference lines.
-inline constexpr Rgb neutral_colour{110, 110, 110};
-
-enum class ColourMap {
-  grey,     // black to white, linear in the sRGB values
-  lagoon,   // dark violet over blue and green to yellow, in even steps of lightness (also when printed grey)
-  inverse,  // white to black, for dots-on-paper spectra
-};
-
-// Colour of t in [0, 1]; values outside are clamped, NaN is 0. `lagoon` is a curve in OKLab (Ottosson 2020,
-// "A perceptual color space for image processing"): lightness 0.28 + 0.64 t, hue 305 degrees (violet) falling
-// linearly to 108 (yellow), chroma 0.094 + 0.065 s^2 + 0.025 s^3 with s = 2 t - 1, which stays inside sRGB.
-Rgb map_colour(ColourMap map, double t);
+// Dark violet over blue and green to yellow, in even steps of lightness (also when printed grey): colour of t
+// in [0, 1]; values outside are clamped, NaN is 0. A curve in OKLab (Ottosson 2020, "A perceptual color space
+// for image processing"): lightness 0.28 + 0.64 t, hue 305 degrees (violet) falling linearly to 108 (yellow),
+// chroma 0.094 + 0.065 s^2 + 0.025 s^3 with s = 2 t - 1, which stays inside sRGB.
+Rgb map_colour(double t);
 
 }  // namespace meander

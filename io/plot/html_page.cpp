@@ -76,7 +76,7 @@ std::string paragraph(const PageParagraph& content) {
 
 // Without the declaration of a document of its own.
 std::string_view svg_element(std::string_view svg) {
-  return svg.starts_with("<?xml") ? svg.substr(std::min(svg.find("?>") + 2, svg.size())) : svg;
+  return svg.substr(std::min(svg.find("<svg"), svg.size()));
 }
 
 std::string image(const PageImage& content) {

@@ -96,7 +96,7 @@ void draw_legend(RgbImage& sheet, const SheetLegend& legend, double top, const S
   const auto height = static_cast<std::uint32_t>(look.text_size);
   for (std::uint32_t i = 0; i < static_cast<std::uint32_t>(length); ++i) {
     sheet.fill(static_cast<std::uint32_t>(begin) + i, y, 1, height,
-               srgb(map_colour(*legend.bar, i / (length - 1))));
+               srgb(map_colour(i / (length - 1))));
   }
   paint_text(sheet, legend.low, begin - 0.5 * look.text_size, y + 0.85 * height, style, TextAlign::right);
   paint_text(sheet, legend.high, begin + length + 0.5 * look.text_size, y + 0.85 * height, style);

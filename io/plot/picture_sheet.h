@@ -29,7 +29,7 @@ struct LegendKey {
 };
 struct SheetLegend {
   std::string title;
-  std::optional<ColourMap> bar;
+  bool bar = false;
   std::string low, high;
   std::vector<LegendKey> keys{};
 };

@@ -8,9 +8,10 @@
 #include <optional>
 #include <span>
 
-#include "io/plot/heat_map.h"
-#include "io/plot/png_writer.h"
+#include "io/file/atomic_file.h"
+#include "io/json_writer.h"
 #include "jobs/inputs.h"
+#include "jobs/laboratory/python_program.h"
 #include "kernels/analyse/box_discrepancy.h"
 #include "kernels/analyse/differential_domain.h"
 #include "kernels/analyse/discrepancy_plane.h"
@@ -257,15 +258,26 @@ Table profile_table(const RadialProfile& profile, const char* radius_name, doubl
   return table;
 }
 
-void draw_map(const MeasureOptions& options, std::span<const double> values, std::size_t side, double upper) {
+// Black 0, white 2. extent: half of the width.
+void draw_map(const MeasureOptions& options, std::span<const double> values, std::size_t side, double extent,
+              const char* unit) {
   if (options.picture.empty()) return;
-  HeatMapParameters look;
-  look.lower = 0;
-  look.upper = upper;
-  look.upwards = true;
-  look.pixels = std::max<std::uint32_t>(1, static_cast<std::uint32_t>(512 / side));
-  write_png(options.picture,
-            heat_map(values, static_cast<std::uint32_t>(side), static_cast<std::uint32_t>(side), look));
+  JsonWriter json;
+  json.begin_object();
+  json.member("kind", "map");
+  json.member("title", options.what);
+  json.member("x", unit);
+  json.member("y", unit);
+  json.member("side", std::uint64_t{side});
+  json.member("extent", extent);
+  json.member("upper", 2.0);
+  json.member("format", "png");
+  json.key("values");
+  json.begin_array();
+  for (const double value : values) json.value(value);
+  json.end_array();
+  json.end_object();
+  replace_file(options.picture, draw_plot(json.text()));
 }
 
 }  // namespace
@@ -287,7 +299,7 @@ Table measure_spectrum(PointSets& sets, MeasuredSurfaces& surfaces, const Measur
   std::vector<double> power(spectrum->sum);
   for (double& p : power) p /= spectrum->sets;
   power[power.size() / 2] = 0;  // f = 0 is the number of points
-  draw_map(options, power, spectrum->side(), 2);
+  draw_map(options, power, spectrum->side(), 0.5 * static_cast<double>(spectrum->side()), "frequency");
   return profile_table(radial_power(*spectrum), "f / sqrt(n)", 1 / std::sqrt(static_cast<double>(count)));
 }
 
@@ -333,7 +345,8 @@ Table measure_differences(PointSets& sets, MeasuredSurfaces& surfaces, const Mea
   const double side = std::sqrt(static_cast<double>(count));  // of the square in units of the mean spacing
   if (plane) expected = expected_differences(map.parameters, count, side, side);
   const std::vector<double> ratio = normalised_differences(map, expected);
-  draw_map(options, ratio, map.side(), 2);
+  draw_map(options, ratio, map.side(), 0.5 * static_cast<double>(map.side()) * map.cell(),
+           "difference / spacing");
   return profile_table(radial_differences(map, ratio, 2), "distance / spacing", map.cell());
 }
 

@@ -58,7 +58,7 @@ std::vector<SrgbColour> colours_of(const Row& row, const DensityRange& range, co
     const double t = look.colour == SampleColour::rank
                          ? samples.curve_rank[i] / std::max(1.0, static_cast<double>(samples.count()) - 1)
                          : (samples.density[i] - range.least) / std::max(range.largest - range.least, 1e-300);
-    colours[i] = srgb(map_colour(ColourMap::lagoon, t));
+    colours[i] = srgb(map_colour(t));
   }
   return colours;
 }
@@ -283,15 +283,15 @@ std::optional<SheetLegend> legend_of(const DensityRange& range, const ModelLook&
       return {};
     case SampleColour::density:
       if (range.largest <= 1.0005 * range.least)
-        return SheetLegend{fmt::format("density {:.3g} everywhere", range.least), {}, "", ""};
-      return SheetLegend{"density", ColourMap::lagoon, fmt::format("{:.3g}", range.least),
+        return SheetLegend{fmt::format("density {:.3g} everywhere", range.least), false, "", ""};
+      return SheetLegend{"density", true, fmt::format("{:.3g}", range.least),
                          fmt::format("{:.3g}", range.largest)};
     case SampleColour::rank:
-      return SheetLegend{"position along the curve", ColourMap::lagoon, "first", "last"};
+      return SheetLegend{"position along the curve", true, "first", "last"};
     case SampleColour::normal:
-      return SheetLegend{"colour: the unit normal, red x, green y, blue z", {}, "", ""};
+      return SheetLegend{"colour: the unit normal, red x, green y, blue z", false, "", ""};
     case SampleColour::label:
-      return SheetLegend{"colour: the class, named below each model", {}, "", ""};
+      return SheetLegend{"colour: the class, named below each model", false, "", ""};
   }
   return {};
 }

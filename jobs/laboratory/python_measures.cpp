@@ -1,6 +1,12 @@
 // The measures of the Python module (jobs/python/measures.h).
+#include <fmt/format.h>
+#include <oneapi/tbb/global_control.h>
+
+#include <memory>
+#include <stdexcept>
 #include <vector>
 
+#include "jobs/laboratory/functions/laboratory_call.h"
 #include "jobs/python/measures.h"
 #include "kernels/analyse/box_discrepancy.h"
 #include "kernels/mesh/prepare_mesh.h"
@@ -25,6 +31,33 @@ double box_error(const PolygonMesh& mesh, std::span<const double> points, std::u
     working.insert(working.end(), {p.x, p.y, p.z});
   }
   return box_error_ratio(shapes, working);
+}
+
+namespace {
+
+// threads: of all later calls, up to 1024. For programs: nothing takes it back.
+LaboratoryResult limit_threads(const LaboratoryArguments& given) {
+  using oneapi::tbb::global_control;
+  static std::unique_ptr<global_control> limit;
+  const std::uint64_t threads = given.whole("threads");
+  if (threads < 1 || threads > 1024) throw std::invalid_argument("threads must be 1 to 1024");
+  limit.reset();
+  limit = std::make_unique<global_control>(global_control::max_allowed_parallelism, threads);
+  return {};
+}
+
+constexpr LaboratoryFunction own_functions[] = {{"limit_threads", limit_threads}};
+
+}  // namespace
+
+LaboratoryResult call_laboratory(std::string_view name, const LaboratoryArguments& arguments) {
+  for (const std::span<const LaboratoryFunction> functions :
+       {std::span<const LaboratoryFunction>(own_functions), histogram_functions, measure_functions,
+        model_functions, picture_functions, plane_functions, splat_functions, surface_functions,
+        tensor_functions})
+    for (const LaboratoryFunction& function : functions)
+      if (name == function.name) return function.call(arguments);
+  throw std::invalid_argument(fmt::format("the laboratory has no function `{}`", name));
 }
 
 }  // namespace meander

@@ -4,28 +4,70 @@
 #include <oneapi/tbb/info.h>
 
 #include <algorithm>
+#include <array>
+#include <span>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "io/file/atomic_file.h"
+#include "io/json_writer.h"
 #include "io/plot/html_page.h"
 #include "io/plot/picture_sheet.h"
 #include "io/plot/png_writer.h"
-#include "io/plot/svg_matrix.h"
-#include "io/plot/svg_plot.h"
 #include "jobs/inputs.h"
 #include "jobs/laboratory/model_pictures.h"
+#include "jobs/laboratory/python_program.h"
 
 namespace meander {
 
 namespace {
 
-PlotSeries precision_series(const std::string& name, const RetrievalScores& scores) {
-  PlotSeries series{.name = name};
-  for (std::size_t i = 0; i < recall_levels; ++i) {
-    series.x.push_back(recall_level(i));
-    series.y.push_back(scores.precision[i]);
+struct Curve {
+  std::string name;
+  const RetrievalScores* scores;
+  bool thin = false;
+};
+
+void add_texts(JsonWriter& json, const char* name, const std::vector<std::string>& texts) {
+  json.key(name);
+  json.begin_array();
+  for (const std::string& text : texts) json.value(text);
+  json.end_array();
+}
+
+void add_numbers(JsonWriter& json, const char* name, std::span<const double> numbers) {
+  json.key(name);
+  json.begin_array();
+  for (const double number : numbers) json.value(number);
+  json.end_array();
+}
+
+// SVG.
+std::string precision_plot(const std::string& title, const std::vector<Curve>& curves) {
+  std::vector<double> recall;
+  for (std::size_t i = 0; i < recall_levels; ++i) recall.push_back(recall_level(i));
+  JsonWriter json;
+  json.begin_object();
+  json.member("kind", "curves");
+  json.member("title", title);
+  json.member("x", "recall");
+  json.member("y", "precision");
+  add_numbers(json, "limits", std::array{0.0, 1.0, 0.0, 1.0});
+  json.member("format", "svg");
+  json.key("series");
+  json.begin_array();
+  for (const Curve& curve : curves) {
+    json.begin_object();
+    json.member("name", curve.name);
+    json.member("thin", curve.thin);
+    add_numbers(json, "x", recall);
+    add_numbers(json, "y", std::span(curve.scores->precision).first(recall_levels));
+    json.end_object();
   }
-  return series;
+  json.end_array();
+  json.end_object();
+  return draw_plot(json.text());
 }
 
 constexpr Rgb right_frame{0, 140, 90}, wrong_frame{213, 94, 0}, query_frame{40, 40, 40},
@@ -79,7 +121,7 @@ void draw_hit_rows(const std::filesystem::path& file, const StoreReader& store,
     }
     for (std::size_t i = row.size(); i < sheet.columns; ++i) cells.emplace_back();
   }
-  SheetLegend legend{"", {}, "", "", {{query_frame, "query"}}};
+  SheetLegend legend{"", false, "", "", {{query_frame, "query"}}};
   const auto any = [&](std::optional<bool> right) {
     return std::any_of(rows.begin(), rows.end(), [&](const std::vector<PicturedHit>& row) {
       return std::any_of(row.begin() + 1, row.end(),
@@ -95,54 +137,51 @@ void draw_hit_rows(const std::filesystem::path& file, const StoreReader& store,
 void draw_precision_over_recall(const std::filesystem::path& file, const std::string& title,
                                 const RetrievalBase& base, const RetrievalTask& task,
                                 const RetrievalSummary& summary, bool per_class) {
-  Plot plot{.title = title,
-            .x = {.label = "recall", .lower = 0, .upper = 1},
-            .y = {.label = "precision", .lower = 0, .upper = 1}};
-  plot.series.push_back(precision_series("mean over queries", summary.micro));
-  plot.series.push_back(precision_series("mean over classes", summary.macro));
+  std::vector<Curve> curves = {{"mean over queries", &summary.micro}, {"mean over classes", &summary.macro}};
   if (per_class)
-    for (std::size_t c = 0; c < base.classes.size(); ++c) {
-      if (!task.scored[c]) continue;
-      plot.series.push_back(precision_series(base.classes[c], summary.by_class[c]));
-      plot.series.back().style = SeriesStyle::line;
-      plot.series.back().line_width = 1;
-    }
-  replace_file(file, svg_plot(plot));
+    for (std::size_t c = 0; c < base.classes.size(); ++c)
+      if (task.scored[c]) curves.push_back({base.classes[c], &summary.by_class[c], true});
+  replace_file(file, precision_plot(title, curves));
 }
 
 namespace {
 
-NamedMatrix confusion_matrix(const RetrievalBase& base, const RetrievalTask& task,
-                             const RetrievalSummary& summary) {
-  // Scored classes down, all that have models across.
-  NamedMatrix matrix{.title = "Class of the nearest model, %",
-                     .row_label = "class of the query",
-                     .column_label = "class of the nearest"};
+// Scored classes down, all that have models across.
+std::string confusion_plot(const RetrievalBase& base, const RetrievalTask& task,
+                           const RetrievalSummary& summary, const char* format) {
   const std::size_t classes = base.classes.size();
   std::vector<std::size_t> across;
+  std::vector<std::string> rows, columns;
+  std::vector<double> values;
   for (std::size_t c = 0; c < classes; ++c)
     if (!task.members[c].empty()) {
       across.push_back(c);
-      matrix.columns.push_back(base.classes[c]);
+      columns.push_back(base.classes[c]);
     }
   for (std::size_t c = 0; c < classes; ++c) {
     if (!task.scored[c]) continue;
-    matrix.rows.push_back(base.classes[c]);
-    for (const std::size_t other : across) matrix.values.push_back(summary.confusion[c * classes + other]);
+    rows.push_back(base.classes[c]);
+    for (const std::size_t other : across) values.push_back(summary.confusion[c * classes + other]);
   }
-  return matrix;
+  JsonWriter json;
+  json.begin_object();
+  json.member("kind", "matrix");
+  json.member("title", "Class of the nearest model, %");
+  json.member("x", "class of the nearest");
+  json.member("y", "class of the query");
+  json.member("format", format);
+  add_texts(json, "rows", rows);
+  add_texts(json, "columns", columns);
+  add_numbers(json, "values", values);
+  json.end_object();
+  return draw_plot(json.text());
 }
 
 }  // namespace
 
 void draw_confusion_matrix(const std::filesystem::path& file, const RetrievalBase& base,
                            const RetrievalTask& task, const RetrievalSummary& summary) {
-  const NamedMatrix matrix = confusion_matrix(base, task, summary);
-  if (file.string().ends_with(".svg")) {
-    replace_file(file, svg_matrix(matrix));
-    return;
-  }
-  write_png(file, matrix_image(matrix));
+  replace_file(file, confusion_plot(base, task, summary, file.string().ends_with(".svg") ? "svg" : "png"));
 }
 
 void write_evaluation_page(const std::filesystem::path& file, const EvaluationPage& page,
@@ -153,20 +192,17 @@ void write_evaluation_page(const std::filesystem::path& file, const EvaluationPa
   html.introduction.push_back({"Rules", page.rules});
   html.figures.push_back({.heading = "Scores", .tables = {{"means over queries", page.settings, true}}});
 
-  Plot plot{.x = {.label = "recall", .lower = 0, .upper = 1},
-            .y = {.label = "precision", .lower = 0, .upper = 1},
-            .legend = LegendPlace::right,
-            .width = 860};
-  for (const auto& [name, scores] : page.curves) plot.series.push_back(precision_series(name, scores));
+  std::vector<Curve> curves;
+  for (const auto& [name, scores] : page.curves) curves.push_back({name, &scores});
   html.figures.push_back({.heading = "Precision over recall",
                           .images = {{.text = "Precision over recall of every setting, means over queries",
-                                      .svg = svg_plot(plot)}}});
+                                      .svg = precision_plot("", curves)}}});
   PageFigure confusion{.heading = "Confusion of classes"};
   if (summary.confusion.empty())
     confusion.paragraphs = {{"", fmt::format("Not drawn: there are {} classes.", base.classes.size())}};
   else
     confusion.images = {{.text = "Shares of the classes of the nearest models, by class of the query",
-                         .svg = svg_matrix(confusion_matrix(base, task, summary))}};
+                         .svg = confusion_plot(base, task, summary, "svg")}};
   html.figures.push_back(std::move(confusion));
   html.figures.push_back(
       {.heading = "Classes", .tables = {{"means over the queries of a class", page.classes, true}}});

@@ -7,11 +7,13 @@
 #include <stdexcept>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "io/archive/model_bytes.h"
 #include "io/json_writer.h"
 #include "io/run_error.h"
 #include "jobs/inputs.h"
+#include "jobs/laboratory/functions/laboratory_call.h"
 #include "jobs/python/array_mesh.h"
 #include "jobs/python/callable_surface.h"
 #include "jobs/python/measures.h"
@@ -47,6 +49,10 @@ struct WorkObject : meander_object {
 struct RowObject : meander_object {
   explicit RowObject(SampledRow given) : row(std::move(given)) {}
   WeightedRow row;
+};
+struct LaboratoryObject : meander_object {
+  explicit LaboratoryObject(LaboratoryResult given) : result(std::move(given)) {}
+  LaboratoryResult result;
 };
 
 template <class Object>
@@ -183,6 +189,7 @@ meander_object* meander_mesh_of_arrays(const meander_arrays* arrays) {
 const char* meander_text(meander_object* object) {
   return guarded<const char*>(nullptr, [&] {
     if (auto* const row = dynamic_cast<RowObject*>(object)) return keep(text_of(row->row));
+    if (auto* const called = dynamic_cast<LaboratoryObject*>(object)) return keep(text_of(called->result));
     return keep(text_of(*as<MeshObject>(object).mesh));
   });
 }
@@ -258,5 +265,38 @@ int meander_box_error(meander_object* mesh, const double* points, std::uint64_t 
     const std::span<const double> triples(points, 3 * count);
     require_finite(triples, "points");
     *error = box_error(as<MeshObject>(mesh).mesh->mesh, triples, boxes, seed, {});
+  });
+}
+
+namespace {
+
+GivenArray given_array(const meander_array& array) {
+  const std::uint64_t values = array.rows * array.columns;
+  const auto span = [&](auto value) {
+    return std::span(static_cast<const decltype(value)*>(array.values), values);
+  };
+  GivenArray given{array.name, {}, array.rows, array.columns};
+  if (array.type == 'd')
+    given.values = span(double{});
+  else if (array.type == 'I')
+    given.values = span(std::uint32_t{});
+  else if (array.type == 'B')
+    given.values = span(std::uint8_t{});
+  else
+    throw std::invalid_argument(given.name + " is an array of another type than double, uint32 or uint8");
+  return given;
+}
+
+}  // namespace
+
+meander_object* meander_laboratory(const char* function, const char* options, const meander_array* arrays,
+                                   std::uint64_t count, meander_object* staged) {
+  return made([&] {
+    std::vector<GivenArray> given;
+    for (std::uint64_t i = 0; i < count; ++i) given.push_back(given_array(arrays[i]));
+    std::shared_ptr<const Model> model;
+    if (staged != nullptr) model = as<LaboratoryObject>(staged).result.staged;
+    return std::make_unique<LaboratoryObject>(
+        call_laboratory(function, LaboratoryArguments(options, std::move(given), std::move(model))));
   });
 }

@@ -95,6 +95,19 @@ int meander_row(meander_object* work, meander_object** row, uint64_t* index);
 int meander_box_error(meander_object* mesh, const double* points, uint64_t count, uint32_t boxes,
                       uint64_t seed, double* error);
 
+typedef struct {
+  const char* name;
+  const void* values; /* rows x columns */
+  char type;          /* 'd' double, 'I' uint32, 'B' uint8 */
+  uint64_t rows, columns;
+} meander_array;
+
+/* Calls a function of the laboratory: see jobs/laboratory/functions. options: a JSON object. staged: what an
+ * earlier call returned, whose model the function works on, or NULL. meander_text of the object that is
+ * returned has its numbers and arrays. */
+meander_object* meander_laboratory(const char* function, const char* options, const meander_array* arrays,
+                                   uint64_t count, meander_object* staged);
+
 #ifdef __cplusplus
 }
 #endif

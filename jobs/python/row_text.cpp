@@ -21,6 +21,8 @@ template <>
 constexpr const char* type_text<double> = "<f8";
 template <>
 constexpr const char* type_text<std::uint32_t> = "<u4";
+template <>
+constexpr const char* type_text<std::uint8_t> = "|u1";
 
 // n x columns (n where columns is 0) values; null for none.
 template <class Values>
@@ -124,6 +126,22 @@ std::string text_of(ContentMesh& content_mesh) {
   add_array(json, "corners", mesh.corners, 0);
   json.end_object();
   json.member("content", hex_text(content_mesh.content));
+  json.end_object();
+  return json.text();
+}
+
+std::string text_of(LaboratoryResult& result) {
+  JsonWriter json;
+  json.begin_object();
+  json.key("numbers");
+  json.begin_object();
+  for (const auto& [name, number] : result.numbers) add_number(json, name, number);
+  json.end_object();
+  json.key("arrays");
+  json.begin_object();
+  for (LaboratoryResult::Array& array : result.arrays)
+    std::visit([&](auto& values) { add_array(json, array.name, values, array.columns); }, array.values);
+  json.end_object();
   json.end_object();
   return json.text();
 }

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "jobs/laboratory/functions/laboratory_call.h"
 #include "jobs/python/array_mesh.h"
 #include "jobs/python/sample_queue.h"
 
@@ -22,5 +23,8 @@ std::string text_of(WeightedRow& row);
 
 // vertices are x, y and z by themselves; corners of faces that do not all have equally many: null.
 std::string text_of(ContentMesh& mesh);
+
+// Of a function of the laboratory: {"numbers": {...}, "arrays": {...}}.
+std::string text_of(LaboratoryResult& result);
 
 }  // namespace meander

@@ -6,7 +6,6 @@
 #include <string>
 #include <vector>
 
-#include "io/plot/picture_row.h"
 #include "io/plot/text_painter.h"
 #include "support/catch.h"
 
@@ -137,10 +136,10 @@ TEST_CASE("picture_sheet: cells, names, failures and a legend have their places"
     CHECK(painted(sheet, x, y, x + 100, y + 100) == 100 * 100);
     CHECK(painted(sheet, x, y + 100, x + 100, y + 100 + caption) > 50);
   }
-  const RgbImage legend = picture_sheet(cells, SheetLegend{"density", ColourMap::lagoon, "0", "1"}, look);
+  const RgbImage legend = picture_sheet(cells, SheetLegend{"density", true, "0", "1"}, look);
   CHECK(legend.height > sheet.height + 30);
   std::size_t first = 0, last = 0;
-  const Rgb low = map_colour(ColourMap::lagoon, 0), high = map_colour(ColourMap::lagoon, 1);
+  const Rgb low = map_colour(0), high = map_colour(1);
   for (std::uint32_t y = sheet.height; y < legend.height; ++y)
     for (std::uint32_t x = 0; x < legend.width; ++x) {
       const std::uint8_t* const p = legend.pixel(x, y);
@@ -153,26 +152,4 @@ TEST_CASE("picture_sheet: cells, names, failures and a legend have their places"
   cells[0].picture = filled(99, 0);
   CHECK_THROWS_AS(picture_sheet(cells, {}, look), std::invalid_argument);
   CHECK(painted(picture_sheet({}, {}, look)) == 0);
-}
-
-TEST_CASE("picture_row: pictures beside each other, texts below and not wider than their room") {
-  CaptionedPicture black{RgbImage(40, 30), "A", {"one", "a line that is much wider than its picture"}};
-  std::fill(black.image.pixels.begin(), black.image.pixels.end(), std::uint8_t{0});
-  const std::vector<CaptionedPicture> pictures = {black, {RgbImage(20, 10), "", {}}, black};
-  PictureRowParameters look;
-  look.gap = 10;
-  const RgbImage row = picture_row(pictures, look);
-  CHECK(row.width == 10 + 50 + 30 + 50);
-  CHECK(row.height > 10 + 30 + 3 * 12);
-  CHECK(painted(row, 10, 10, 50, 40) == 40 * 30);
-  CHECK(painted(row, 0, 0, 10, 40) == 0);
-  // Below the picture without texts there is nothing, below the others something.
-  std::size_t first = 0, second = 0;
-  for (std::uint32_t y = 42; y < row.height; ++y) {
-    for (std::uint32_t x = 8; x < 52; ++x) first += painted(row, x, y, x + 1, y + 1);
-    for (std::uint32_t x = 56; x < 84; ++x) second += painted(row, x, y, x + 1, y + 1);
-  }
-  CHECK(first > 50);
-  CHECK(second == 0);
-  CHECK(picture_row({}).width == 0);
 }

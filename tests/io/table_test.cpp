@@ -7,7 +7,6 @@
 #include <string>
 #include <vector>
 
-#include "io/plot/plot_table.h"
 #include "io/special_values.h"
 #include "io/table/csv_writer.h"
 #include "io/table/json_table.h"
@@ -127,23 +126,6 @@ TEST_CASE("csv_text: the text itself") {
   CHECK(csv_text({}) == "");
   table.rows.clear();
   CHECK(csv_text(table) == "method,N,error,slope\n");
-}
-
-TEST_CASE("plot_table: the values of a plot, one row each") {
-  Plot plot;
-  plot.x.label = "N";
-  plot.series.resize(2);
-  plot.series[0].name = "a";
-  plot.series[0].x = {1, 2};
-  plot.series[0].y = {3, not_a_number};
-  plot.series[1].name = "b";
-  plot.series[1].x = {5};
-  plot.series[1].y = {6};
-  CHECK(csv_text(plot_table(plot)) == "series,N,y\na,1,3\na,2,nan\nb,5,6\n");
-  plot.series[1].error = {0.5};
-  CHECK(csv_text(plot_table(plot)) == "series,N,y,error\na,1,3,\na,2,nan,\nb,5,6,0.5\n");
-  plot.series[1].x.push_back(7);
-  CHECK_THROWS_AS(plot_table(plot), std::invalid_argument);
 }
 
 TEST_CASE("write_table: JSON objects") {

@@ -45,6 +45,13 @@ std::vector<CsvRow> csv_rows(const std::filesystem::path& path) {
   return rows;
 }
 
+// Figures are drawn by the Python package, whose library sanitized builds do without.
+#define MEANDER_NEEDS_FIGURES()                                   \
+  if (sanitized) {                                                \
+    WARN("skipped: a sanitized build has no library for Python"); \
+    return;                                                       \
+  }
+
 // The quick figures of these numbers or names, and of a ball.
 void draw(const ScratchFolder& scratch, const char* only) {
   write_mesh(scratch / "ball.off", icosphere(3));
@@ -57,11 +64,12 @@ void draw(const ScratchFolder& scratch, const char* only) {
 }  // namespace
 
 TEST_CASE("figures: the quick ones chosen are drawn with their data, and the page shows them") {
+  MEANDER_NEEDS_FIGURES();
   const ScratchFolder scratch;
-  draw(scratch, "1,2,3,6,8,21");
+  draw(scratch, "1,2,3,6,8,21,point-sets");
   const std::string page = read_file(scratch / "out/index.html");
-  for (const char* name : {"figure01_point_sets.svg", "figure02_stretched_plane.svg", "figure03_curves.svg",
-                           "figure06_surfaces.png", "figure08_adaptive_curve.svg",
+  for (const char* name : {"figure01_shapes.svg", "point_sets.svg", "figure02_stretched_plane.svg",
+                           "figure03_curves.svg", "figure06_eight.png", "figure08_ball.png",
                            "figure21_mesh_distance.svg", "figure21_mesh_distance.csv"}) {
     INFO(name);
     CHECK(page.find(name) != std::string::npos);
@@ -70,6 +78,7 @@ TEST_CASE("figures: the quick ones chosen are drawn with their data, and the pag
 }
 
 TEST_CASE("figures: meshes of samples stand beside simplified ones of as many vertices") {
+  MEANDER_NEEDS_FIGURES();
   const ScratchFolder scratch;
   write_mesh(scratch / "ring.off", torus(64, 32));
   const ProcessResult result = run_process({program, "figures", "-o", scratch / "out", "--quick", "--only",
@@ -90,14 +99,15 @@ TEST_CASE("figures: meshes of samples stand beside simplified ones of as many ve
 
 TEST_CASE(
     "figures: splats, views and remeshed models; ellipses leave less white than discs of the same area") {
+  MEANDER_NEEDS_FIGURES();
   const ScratchFolder scratch;
   write_mesh(scratch / "ring.off", torus(48, 24));
   const ProcessResult result = run_process({program, "figures", "-o", scratch / "out", "--quick", "--only",
                                             "7,9,10,11,17", "--models", scratch / "ring.off"});
   INFO(result.err);
   REQUIRE(result.exit_code == 0);
-  for (const char* name : {"figure07_ring.png", "figure07_ring_chart.svg", "figure09_ring.png",
-                           "figure10_ring.png", "figure11_ring.png", "figure17_ring.png"}) {
+  for (const char* name : {"figure07_ring.png", "figure09_ring.png", "figure10_ring.png", "figure11_ring.png",
+                           "figure11_sphere.png", "figure17_ring.png"}) {
     INFO(name);
     CHECK(read_file(scratch / (std::string("out/") + name)).size() > 10000);
   }
@@ -110,11 +120,17 @@ TEST_CASE(
     CHECK(std::stod(row.at("anisotropic %")) < std::stod(row.at("discs at anisotropic samples %")));
   }
   const auto turning = csv_rows(scratch / "out/figure11_turning.csv");
-  REQUIRE(turning.size() == 1);
-  CHECK(std::stod(turning[0].at("stay %")) >= 90);
+  REQUIRE(turning.size() == 2);
+  for (const CsvRow& row : turning) CHECK(std::stod(row.at("stay %")) >= 90);
+  // Fitted remeshes are nearer to the model than plain ones of as many vertices.
+  const auto remeshed = csv_rows(scratch / "out/figure10_distances.csv");
+  REQUIRE(remeshed.size() == 4);
+  for (std::size_t i = 0; i < 4; i += 2)
+    CHECK(std::stod(remeshed[i + 1].at("mean %")) < 0.6 * std::stod(remeshed[i].at("mean %")));
 }
 
 TEST_CASE("figures: the same seed gives the same files, for one thread and two") {
+  MEANDER_NEEDS_FIGURES();
   const ScratchFolder scratch;
   const std::string only = sanitized ? "5" : "5,21";
   for (const char* threads : {"1", "2"}) {
@@ -134,6 +150,7 @@ TEST_CASE("figures: the same seed gives the same files, for one thread and two")
 TEST_CASE(
     "figures: a mesh that cannot be sampled is said on the page, the others are drawn; far from the origin "
     "too") {
+  MEANDER_NEEDS_FIGURES();
   const ScratchFolder scratch;
   write_file(scratch / "line.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n2 0 0\n3 0 1 2\n");
   write_mesh(scratch / "far.off", moved(icosphere(3), 1, 1e4, 0, 0));
@@ -152,6 +169,7 @@ TEST_CASE(
 }
 
 TEST_CASE("figures: an unknown figure and a mesh of quadrilaterals are usage errors") {
+  MEANDER_NEEDS_FIGURES();
   const ScratchFolder scratch;
   const ProcessResult unknown = run_process({program, "figures", "-o", scratch / "out", "--only", "4-plain"});
   CHECK(unknown.exit_code == 2);
@@ -164,12 +182,13 @@ TEST_CASE("figures: an unknown figure and a mesh of quadrilaterals are usage err
 }
 
 TEST_CASE("figures: histograms of distances are drawn, tabled and judged, the same for one thread and two") {
+  MEANDER_NEEDS_FIGURES();
   const ScratchFolder scratch;
   write_mesh(scratch / "ball.off", icosphere(2));
   for (const char* threads : {"1", "2"}) {
     if (sanitized && *threads == '2') continue;  // release builds compare
     const ProcessResult result =
-        run_process({program, "figures", "-o", scratch / threads, "--quick", "--only", "22-24,25-26", "-j",
+        run_process({program, "figures", "-o", scratch / threads, "--quick", "--only", "22,26,table-1", "-j",
                      threads, "--models", scratch / "ball.off"});
     INFO(result.err);
     REQUIRE(result.exit_code == 0);
@@ -181,12 +200,10 @@ TEST_CASE("figures: histograms of distances are drawn, tabled and judged, the sa
     if (!sanitized) CHECK(read_file(scratch / ("1/" + name)) == read_file(scratch / ("2/" + name)));
     ++files;
   }
-  CHECK(files > 20);
+  CHECK(files > 15);
   const std::string page = read_file(scratch / "1/index.html");
-  for (const char* name : {"figure22_histograms_ball.svg", "figure23_published_ball_relative.svg",
-                           "figure24_weighted_ball_largest.svg", "figure24_curved_ball_relative.svg",
-                           "figure25_geodesic_histograms_ball.svg", "table1.json",
-                           "models of the survey that --models does not name: bunny"}) {
+  for (const char* name : {"figure22_ball.svg", "figure22_ball_truths.svg", "figure22_ball_errors.csv",
+                           "figure26_ball.svg", "table1_histograms.csv", "table1_cells.csv"}) {
     INFO(name);
     CHECK(page.find(name) != std::string::npos);
   }
@@ -196,14 +213,16 @@ TEST_CASE("figures: histograms of distances are drawn, tabled and judged, the sa
   CHECK(errors.size() == 18);
   for (const CsvRow& row : errors) {
     INFO(row.at("ground truth") << ", " << row.at("points") << ", " << row.at("charts"));
-    CHECK(std::stod(row.at("low discrepancy %")) > 0);
-    // At 100 points five runs do not decide for every kind of charts.
-    if (row.at("points") == "500" || row.at("charts") == "conformal")
-      CHECK(std::stod(row.at("low discrepancy %")) < std::stod(row.at("random %")));
-    // The largest of the errors, which sum to 0, is at most half of their absolute sum.
-    CHECK(std::stod(row.at("largest")) <= std::stod(row.at("low discrepancy %")) / 200 + 1e-12);
+    const double relative = std::stod(row.at("relative %"));
+    CHECK(relative > 0);
+    // At 100 points five runs do not decide.
+    if (row.at("points") == "500") CHECK(relative < std::stod(row.at("random relative %")));
+    // The largest of the errors, which sum to 0, is at most half of their absolute sum; the root of the sum
+    // of their squares is at most that sum.
+    CHECK(std::stod(row.at("largest")) <= relative / 200 * (1 + 1e-5));
+    CHECK(std::stod(row.at("root of squares %")) <= relative * (1 + 1e-5));
   }
-  // Relative and largest error of every row: smaller error and deviation, and equals conformal of two charts.
+  // Three errors of every row: smaller error and deviation, and equals conformal of two charts.
   std::map<std::string, std::size_t> claims;
   for (const CsvRow& row : csv_rows(scratch / "1/table1_claims.csv")) {
     ++claims[row.at("claim")];
@@ -212,14 +231,12 @@ TEST_CASE("figures: histograms of distances are drawn, tabled and judged, the sa
     CHECK(row.at("charts").starts_with("isotropic tensor"));
     const double gap = std::stod(row.at("gap"));
     CHECK((std::abs(gap) <= 2) == (row.at("holds") == "yes"));
-    CHECK((gap < 0) == (std::stod(row.at("low discrepancy")) < std::stod(row.at("conformal"))));
+    CHECK((gap < 0) == (std::stod(row.at("low discrepancy")) < std::stod(row.at("other"))));
     CHECK(std::abs(gap) < 6);  // five runs each: errors of errors are large
   }
   CHECK(claims == std::map<std::string, std::size_t>{
-                      {"smaller error", 36}, {"smaller deviation over runs", 36}, {"equals conformal", 24}});
-  const std::string json = read_file(scratch / "1/table1.json");
-  CHECK(json.find("\"claims\":[{") != std::string::npos);
-  CHECK(json.find("\"equals conformal\"") != std::string::npos);
+                      {"smaller error", 54}, {"smaller deviation over runs", 54}, {"equals conformal", 36}});
+  CHECK(csv_rows(scratch / "1/table1_cells.csv").size() == 18);
   // In the metric the tensor needs no more segments than components; along its directions many.
   const std::vector<CsvRow> charts = csv_rows(scratch / "1/table1_charts.csv");
   REQUIRE(charts.size() == 2);
@@ -227,24 +244,22 @@ TEST_CASE("figures: histograms of distances are drawn, tabled and judged, the sa
   CHECK(std::stod(charts[0].at("accepted share")) == 1);
   CHECK(std::stod(charts[1].at("segments")) > 1);
   // The curves are in the plots and their data.
-  const std::string curves = read_file(scratch / "1/figure24_errors_ball.csv");
+  const std::string curves = read_file(scratch / "1/figure22_ball_errors.csv");
   for (const char* const method : {"low discrepancy", "random", "stratified", "isotropic tensor",
                                    "isotropic tensor by gradient", "spaced"})
     for (const char* const points : {"100", "2000"}) {
       INFO(method << ", " << points);
       CHECK(curves.find(fmt::format("curved surface,{},{},5,", method, points)) != std::string::npos);
     }
-  for (const char* name : {"figure22_histograms_ball", "figure23_published_ball_relative",
-                           "figure24_weighted_ball_relative", "figure24_curved_ball_largest"}) {
-    INFO(name);
-    const std::string plot = read_file(scratch / ("1/" + std::string(name) + ".svg"));
-    CHECK(plot.find(">isotropic tensor<") != std::string::npos);
-    CHECK(plot.find(">spaced<") != std::string::npos);
-    CHECK(plot.find(">isotropic tensor by gradient<") != std::string::npos);
+  const std::string plot = read_file(scratch / "1/figure22_ball_truths.svg");
+  for (const char* curve : {">isotropic tensor<", ">spaced<", ">isotropic tensor by gradient<"}) {
+    INFO(curve);
+    CHECK(plot.find(curve) != std::string::npos);
   }
 }
 
 TEST_CASE("figures: sets of spaced samples are drawn") {
+  MEANDER_NEEDS_FIGURES();
   const ScratchFolder scratch;
   draw(scratch, "spaced-sets");
   CHECK(read_file(scratch / "out/index.html").find("spaced_sets_ball.png") != std::string::npos);
@@ -255,6 +270,7 @@ TEST_CASE("figures: sets of spaced samples are drawn") {
 
 // Measures of many sets: a minute and a half with sanitizers.
 TEST_CASE("figures: spaced samples by every measure, the same for one thread and two", "[statistics]") {
+  MEANDER_NEEDS_FIGURES();
   const ScratchFolder scratch;
   write_mesh(scratch / "ball.off", icosphere(3));
   for (const char* threads : {"1", "2"}) {
@@ -272,9 +288,9 @@ TEST_CASE("figures: spaced samples by every measure, the same for one thread and
   }
   const std::string page = read_file(scratch / "1/index.html");
   for (const char* name :
-       {"spaced_unit-square_boxes.svg", "spaced_unit-sphere_rho.svg", "spaced_ball_mean_distance.csv",
+       {"spaced_unit-square.svg", "spaced_unit-sphere.svg", "spaced_ball.svg", "spaced_ball_sets.csv",
         "spaced_ball_differences.png", "spaced_ball_differences_radial.svg", "spaced_ball_time.svg",
-        "spaced_spectrum_power.svg", "spaced_spectrum_maps.png", "spaced_bias.csv", "spaced_sets_ball.png"}) {
+        "spaced_spectrum.svg", "spaced_spectrum_maps.png", "spaced_bias.csv", "spaced_sets_ball.png"}) {
     INFO(name);
     CHECK(page.find(name) != std::string::npos);
     CHECK(read_file(scratch / (std::string("1/") + name)).size() > 100);
@@ -295,7 +311,7 @@ TEST_CASE("figures: spaced samples by every measure, the same for one thread and
     CHECK(value("spaced", "rho") > value("spaced fast", "rho"));
     CHECK(value("spaced", "error") < value("stratified", "error"));
     // On the square the shifted samples are a digital net, which has about the error of spaced ones.
-    if (std::string(surface) != "unit-square") CHECK(value("spaced", "error") < value("shifted", "error"));
+    if (std::string(surface) == "unit-sphere") CHECK(value("spaced", "error") < value("shifted", "error"));
     CHECK(value("shifted", "error") < value("sample elimination", "error"));
     CHECK(value("sample elimination", "error") < 0.7 * value("random", "error"));
     CHECK(value("shifted", "mean distance / hexagonal") < value("spaced", "mean distance / hexagonal"));
@@ -309,12 +325,13 @@ TEST_CASE("figures: spaced samples by every measure, the same for one thread and
 }
 
 TEST_CASE("figures: samples drawn by lifted areas lose the error of the tessellation", "[statistics]") {
+  MEANDER_NEEDS_FIGURES();
   const ScratchFolder scratch;
   const ProcessResult result =
-      run_process({program, "figures", "-o", scratch / "out", "--quick", "--only", "24-floor"});
+      run_process({program, "figures", "-o", scratch / "out", "--quick", "--only", "histogram-floors"});
   INFO(result.err);
   REQUIRE(result.exit_code == 0);
-  const std::vector<CsvRow> floors = csv_rows(scratch / "out/histogram_floors.csv");
+  const std::vector<CsvRow> floors = csv_rows(scratch / "out/histogram_floors_shapes.csv");
   REQUIRE(floors.size() == 4);
   for (const CsvRow& row : floors)
     if (row.at("samples") == "low discrepancy") {
@@ -326,12 +343,13 @@ TEST_CASE("figures: samples drawn by lifted areas lose the error of the tessella
 
 TEST_CASE("figures: on the survey's models low discrepancy beats random, and curved samples have no floor",
           "[slow]") {
+  MEANDER_NEEDS_FIGURES();
   MEANDER_NEEDS_SHARED_DATA();
   const ScratchFolder scratch;
-  const ProcessResult result =
-      run_process({program, "figures", "-o", scratch / "out", "--only", "22-24,24-floor", "--models",
-                   shared_data("paper/bunny_closed.off"), shared_data("paper/maxplanck_25k.off"),
-                   shared_data("paper/fandisk.off"), shared_data("paper/hand_closed.obj")});
+  const ProcessResult result = run_process(
+      {program, "figures", "-o", scratch / "out", "--only", "22,23,24,25,table-1,histogram-floors",
+       "--models", shared_data("paper/bunny_closed.off"), shared_data("paper/maxplanck_25k.off"),
+       shared_data("paper/fandisk.off"), shared_data("paper/hand_closed.obj")});
   INFO(result.err);
   REQUIRE(result.exit_code == 0);
   std::size_t compared = 0, equal = 0, tested = 0;
@@ -348,10 +366,10 @@ TEST_CASE("figures: on the survey's models low discrepancy beats random, and cur
     CHECK(row.at("holds") == "yes");
     ++compared;
   }
-  CHECK(compared == 4 * 2 * 2 * 2 * 3);  // models, numbers of points, corrected ground truths, errors, charts
-  CHECK(tested == 4 * 2 * 3 * 2 * 2);    // all ground truths, two charts
+  CHECK(compared == 4 * 2 * 2 * 3 * 3);  // models, numbers of points, corrected ground truths, errors, charts
+  CHECK(tested == 4 * 2 * 3 * 3 * 2);    // all ground truths, two charts
   CHECK(equal >= tested * 8 / 10);  // equal methods differ in one comparison of twenty; they come in groups
-  for (const CsvRow& row : csv_rows(scratch / "out/histogram_floors.csv"))
+  for (const CsvRow& row : csv_rows(scratch / "out/histogram_floors_shapes.csv"))
     if (row.at("samples") == "low discrepancy") {
       INFO(row.at("shape"));
       CHECK(row.at("points") == "100000");

@@ -25,6 +25,10 @@ class _Arrays(ctypes.Structure):
                 ("density_of_faces", ctypes.c_int32), ("check", ctypes.c_int32)]
 
 
+class _Given(ctypes.Structure):
+    _fields_ = [("name", _TEXT), ("values", _POINTER), ("type", ctypes.c_char), ("rows", _COUNT), ("columns", _COUNT)]
+
+
 def _load(path):
     library = ctypes.CDLL(path)
     for name, result, *arguments in (
@@ -37,6 +41,7 @@ def _load(path):
             ("sample_many", _INT, _POINTER, _POINTER, _INT, _REAL),
             ("offer", _INT, _POINTER, _COUNT, _POINTER, _INT), ("close", _INT, _POINTER), ("wait", _INT, _POINTER, _INT),
             ("row", _INT, _POINTER, ctypes.POINTER(_POINTER), ctypes.POINTER(_COUNT)),
+            ("laboratory", _POINTER, _TEXT, _TEXT, ctypes.POINTER(_Given), _COUNT, _POINTER),
             ("box_error", _INT, _POINTER, _POINTER, _COUNT, ctypes.c_uint32, _COUNT, ctypes.POINTER(_REAL))):
         function = getattr(library, "meander_" + name)
         function.restype, function.argtypes = result, arguments
@@ -445,3 +450,35 @@ def surface_names():
 
 def descriptor_names():
     return _about()["descriptors"]
+
+
+# ---- the laboratory
+
+class LaboratoryResult(_Object):
+    """What a function of the laboratory returned: its numbers and arrays as attributes."""
+
+    def __init__(self, pointer):
+        self._own(pointer)
+        members = _told(_library.meander_text(self))
+        self.__dict__.update({name: float.fromhex(number) for name, number in members["numbers"].items()})
+        self.__dict__.update({name: None if array is None else array.copy()
+                              for name, array in _arrays(members["arrays"], self).items()})
+
+
+def _given_array(name, values):
+    array = _any_array(values, name)
+    types = {"f": "d", "i": "I", "u": "B" if array.dtype == numpy.uint8 else "I", "b": "B"}
+    if array.dtype.kind not in types or array.ndim not in (1, 2):
+        raise TypeError("%s must be an array of numbers of one or two dimensions, not %s%s"
+                        % (name, array.dtype, array.shape))
+    return numpy.ascontiguousarray(array, types[array.dtype.kind])
+
+
+def call_laboratory(function, staged=None, **given):
+    arrays = {name: _given_array(name, value) for name, value in given.items()
+              if isinstance(value, numpy.ndarray)}
+    options = {name: value for name, value in given.items() if name not in arrays and value is not None}
+    table = (_Given * len(arrays))(*(_Given(name.encode(), a.ctypes.data, a.dtype.char.encode(), len(a),
+                                            a.shape[1] if a.ndim == 2 else 1) for name, a in arrays.items()))
+    return LaboratoryResult(_library.meander_laboratory(function.encode(), json.dumps(options).encode(), table,
+                                                        len(arrays), staged))

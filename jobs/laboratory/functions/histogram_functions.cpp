@@ -1,0 +1,295 @@
+// Histograms of distances and what they are compared with; measures of many sets on one model.
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <stdexcept>
+
+#include "jobs/laboratory/functions/laboratory_call.h"
+#include "kernels/analyse/box_discrepancy.h"
+#include "kernels/analyse/distance_shares.h"
+#include "kernels/analyse/histogram_error.h"
+#include "kernels/analyse/lifted_area.h"
+#include "kernels/analyse/nearest_points.h"
+#include "kernels/analyse/spacing.h"
+#include "kernels/density/curvature.h"
+#include "kernels/density/density.h"
+#include "kernels/describe/curved_samples.h"
+#include "kernels/describe/distance_histogram.h"
+#include "kernels/describe/heat_geodesics.h"
+#include "kernels/pointset/sample_elimination.h"
+#include "kernels/sample/point_frames.h"
+
+namespace meander {
+
+namespace {
+
+// Of a staged model: vertices (W, 3) of the prepared mesh in working units, their areas (W,), normals (T, 9)
+// of the corners of its triangles, split at creases; unit: the length of a working unit in the file;
+// segments, accepted_share, chart_ratio, overlap and flips of the charts of the method anisotropic.
+LaboratoryResult working_surface(const LaboratoryArguments& given) {
+  const Model& model = given.staged();
+  const PreparedMesh& mesh = model.surface;
+  std::vector<double> vertices;
+  for (std::size_t v = 0; v < mesh.vertex_count(); ++v)
+    vertices.insert(vertices.end(), {mesh.x[v], mesh.y[v], mesh.z[v]});
+  LaboratoryResult result;
+  result.add("vertices", std::move(vertices), 3);
+  result.add("areas", vertex_curvature(mesh).mixed_area);
+  result.add("normals", crease_normals(mesh.x, mesh.y, mesh.z, mesh.triangles), 9);
+  result.add("unit", mesh.unit);
+  result.add("segments", model.segments.report.segments);
+  result.add("accepted_share", model.segments.report.accepted_share);
+  result.add("chart_ratio", model.segments.report.mean_chart_ratio);
+  result.add("overlap", model.row.report.overlap);
+  result.add("flips", static_cast<double>(model.row.report.flips));
+  return result;
+}
+
+// Of a staged model and its normals (T, 9): the same model with the face attribute `lifted`, the area of the
+// lifted triangle over that of the flat one, as its density. Samples with --density face-attribute:lifted are
+// uniform on the lifted surface, but for O((edge x curvature)^2).
+LaboratoryResult weighted_by_lifted_area(const LaboratoryArguments& given) {
+  auto model = std::make_shared<Model>(given.staged());
+  const PreparedMesh& mesh = model->surface;
+  const std::vector<double> lifted =
+      lifted_areas(mesh.x, mesh.y, mesh.z, mesh.triangles, given.reals("normals", 9));
+  ScalarAttribute ratio{"lifted", std::vector<double>(model->file.polygon_count(), 1)};
+  for (std::size_t t = 0; t < mesh.triangle_count(); ++t)
+    if (mesh.area[t] > 0) ratio.values[mesh.polygon[t]] = lifted[t] / mesh.area[t];
+  DensityParameters density;
+  density.kind = DensityKind::face_attribute;
+  density.attribute = ratio.name;
+  model->file.face_attributes = {std::move(ratio)};
+  model->measure = measure_of(mesh, make_density(model->file, mesh, density));
+  LaboratoryResult result;
+  result.staged = std::move(model);
+  return result;
+}
+
+// Of a staged model: points (n, 3), in working units, of samples given by triangle (n,) and barycentric (n,
+// 2), on the triangles, or lifted to the surface that normals (T, 9) describe where those are given.
+LaboratoryResult points_of_samples(const LaboratoryArguments& given) {
+  const PreparedMesh& mesh = given.staged().surface;
+  const std::span<const double> weights = given.reals("barycentric", 2);
+  const std::vector<float> barycentric(weights.begin(), weights.end());
+  const std::vector<double> flat(given.has("normals") ? 0 : 9 * mesh.triangle_count());
+  LaboratoryResult result;
+  result.add("points",
+             lift_samples(mesh.x, mesh.y, mesh.z, mesh.triangles,
+                          given.has("normals") ? given.reals("normals", 9) : std::span<const double>(flat),
+                          given.numbers("triangle"), barycentric),
+             3);
+  return result;
+}
+
+// points (n, 3), optional weights (n,), bins, range (0: the largest distance): shares (bins,) of the
+// distances of all pairs, a pair counting by the product of its weights, in equal parts of [0, range]; range.
+LaboratoryResult distance_shares(const LaboratoryArguments& given) {
+  const std::span<const double> points = given.reals("points", 3);
+  DistanceHistogramParameters parameters;
+  parameters.bins = static_cast<std::uint32_t>(given.whole("bins", parameters.bins));
+  parameters.range = given.real("range", 0);
+  DistanceHistogram histogram =
+      given.has("weights") ? weighted_distance_histogram(points, given.reals("weights"), parameters)
+                           : distance_histogram(std::vector<float>(points.begin(), points.end()), parameters);
+  LaboratoryResult result;
+  result.add("shares", std::move(histogram.shares));
+  result.add("range", histogram.range);
+  return result;
+}
+
+// shape: "sphere" of radius 1, or "torus" of radii 1 and `tube`; bins: shares (bins,) of the distances of two
+// random points of it, in equal parts of [0, range]; range, its diameter.
+LaboratoryResult known_distance_shares(const LaboratoryArguments& given) {
+  const auto bins = static_cast<std::uint32_t>(given.whole("bins"));
+  const bool sphere = given.text("shape") == "sphere";
+  if (!sphere && given.text("shape") != "torus") throw std::invalid_argument("shape must be sphere or torus");
+  const double tube = sphere ? 0 : given.real("tube");
+  LaboratoryResult result;
+  result.add("shares", sphere ? sphere_distance_shares(bins) : torus_distance_shares(bins, tube));
+  result.add("range", 2 + 2 * tube);
+  return result;
+}
+
+// bins, shares (K, bins), truth (bins,): relative (K,), the sum of absolute errors; norm (K,), the root of
+// the sum of their squares; largest (K,). All are parts of the sum of the truth but the last.
+LaboratoryResult histogram_errors(const LaboratoryArguments& given) {
+  const std::uint64_t bins = given.whole("bins");
+  const std::span<const double> shares = given.reals("shares", bins), truth = given.reals("truth");
+  if (truth.size() != bins) throw std::invalid_argument("truth must have as many values as there are bins");
+  std::vector<double> relative, norm, largest;
+  for (std::size_t begin = 0; begin < shares.size(); begin += bins) {
+    const HistogramError error = histogram_error(shares.subspan(begin, bins), truth);
+    relative.push_back(error.relative);
+    norm.push_back(error.norm);
+    largest.push_back(error.largest);
+  }
+  LaboratoryResult result;
+  result.add("relative", std::move(relative));
+  result.add("norm", std::move(norm));
+  result.add("largest", std::move(largest));
+  return result;
+}
+
+// points (n, 3), queries (m, 3): nearest (m,), the number of the point nearest to each.
+LaboratoryResult nearest_of_points(const LaboratoryArguments& given) {
+  LaboratoryResult result;
+  result.add("nearest", nearest_points(KdTree<3>(given.reals("points", 3)), given.reals("queries", 3)));
+  return result;
+}
+
+// Points of the file, in working units.
+std::vector<double> working(const PreparedMesh& mesh, std::span<const double> points) {
+  std::vector<double> result;
+  for (std::size_t i = 0; i < points.size(); i += 3) {
+    const Vector3 p = to_working(mesh, {points[i], points[i + 1], points[i + 2]});
+    result.insert(result.end(), {p.x, p.y, p.z});
+  }
+  return result;
+}
+
+// The parts of an array of n things, one after the other, by their numbers of things (uint32).
+std::vector<std::pair<std::size_t, std::size_t>> parts_of(std::size_t n,
+                                                          std::span<const std::uint32_t> sizes) {
+  std::vector<std::pair<std::size_t, std::size_t>> parts;
+  std::size_t begin = 0;
+  for (const std::uint32_t size : sizes) {
+    parts.emplace_back(begin, size);
+    begin += size;
+  }
+  if (begin != n) throw std::invalid_argument("the sizes of the sets do not fit their number of points");
+  return parts;
+}
+
+// Adds pairs to the bins of [0, range]; what lies further counts in the last one, what is not reached
+// nowhere.
+void add_distance(std::span<double> shares, double distance, double range, double weight) {
+  if (!std::isfinite(distance)) return;
+  const auto bins = static_cast<double>(shares.size());
+  shares[static_cast<std::size_t>(std::min(distance / range * bins, bins - 1))] += weight;
+}
+
+void divide_by_sum(std::span<double> shares) {
+  const double sum = std::accumulate(shares.begin(), shares.end(), 0.0);
+  for (double& share : shares) share /= sum;
+}
+
+// The largest distance met on going to the farthest vertex again and again: the diameter, or nearly.
+double far_distance(const HeatGeodesics& geodesics, const PreparedMesh& mesh) {
+  std::vector<double> distance(mesh.vertex_count());
+  std::uint32_t from = 0;
+  double largest = 0;
+  for (int step = 0; step < 8; ++step) {
+    geodesics.to_vertices(vertices_as_points(mesh, std::span(&from, 1)), distance);
+    for (double& d : distance)
+      if (!std::isfinite(d)) d = 0;
+    from = static_cast<std::uint32_t>(std::max_element(distance.begin(), distance.end()) - distance.begin());
+    largest = std::max(largest, distance[from]);
+  }
+  return largest;
+}
+
+// Of a staged model: geodesic distances between its working vertices, by the heat method. sources (S,), areas
+// (W,), bins, and sets of vertices one after the other: points (N,), sizes (K,). Returns range in units of
+// the file, alike (bins,) and by_area (bins,), the shares of the pairs of a source and any other vertex, all
+// alike and by the product of their areas; shares (K, bins) of all pairs of each set.
+LaboratoryResult geodesic_shares(const LaboratoryArguments& given) {
+  constexpr std::size_t block = 256;
+  const PreparedMesh& mesh = given.staged().surface;
+  const std::uint64_t bins = std::max<std::uint64_t>(given.whole("bins"), 1);
+  const std::span<const std::uint32_t> sources = given.numbers("sources"), points = given.numbers("points");
+  const std::span<const double> areas = given.reals("areas");
+  const std::size_t vertices = mesh.vertex_count();
+  if (areas.size() != vertices) throw std::invalid_argument("there must be an area for every vertex");
+  const HeatGeodesics geodesics(mesh);
+  const double range = far_distance(geodesics, mesh);
+  if (!(range > 0)) throw ItemError(Status::zero_area, "all vertices are at one place");
+  std::vector<double> alike(bins), by_area(bins), shares, distance(block * vertices);
+  for (std::size_t begin = 0; begin < sources.size(); begin += block) {
+    const std::span<const std::uint32_t> from =
+        sources.subspan(begin, std::min(block, sources.size() - begin));
+    geodesics.to_vertices(vertices_as_points(mesh, from), std::span(distance).first(from.size() * vertices));
+    for (std::size_t r = 0; r < from.size(); ++r)
+      for (std::size_t v = 0; v < vertices; ++v) {
+        if (v == from[r]) continue;
+        add_distance(alike, distance[r * vertices + v], range, 1);
+        add_distance(by_area, distance[r * vertices + v], range, areas[from[r]] * areas[v]);
+      }
+  }
+  divide_by_sum(alike);
+  divide_by_sum(by_area);
+  for (const auto& [begin, size] : parts_of(points.size(), given.numbers("sizes"))) {
+    const PointsOnMeshArrays set = vertices_as_points(mesh, points.subspan(begin, size));
+    distance.resize(size * size);
+    geodesics.to_points(set, set, distance);
+    std::vector<double> of_set(bins);
+    for (std::size_t i = 0; i < size; ++i)
+      for (std::size_t j = 0; j < size; ++j)
+        if (i != j) add_distance(of_set, distance[i * size + j], range, 1);
+    divide_by_sum(of_set);
+    shares.insert(shares.end(), of_set.begin(), of_set.end());
+  }
+  LaboratoryResult result;
+  result.add("range", range);
+  result.add("alike", std::move(alike));
+  result.add("by_area", std::move(by_area));
+  result.add("shares", std::move(shares), bins);
+  return result;
+}
+
+// Of a staged model: sets of samples one after the other, points (N, 3) in units of the file, sizes (K,);
+// boxes, seed: ratio (K,), the error over that of random points; bias, the mean error of a box over that of
+// one set (0 for one set); rho (K,) and mean_distance (K,), the smallest and the mean distance to the nearest
+// other point over that of the hexagonal lattice.
+LaboratoryResult measures_of_sets(const LaboratoryArguments& given) {
+  const PreparedMesh& mesh = given.staged().surface;
+  BoxParameters parameters;
+  parameters.boxes = static_cast<std::uint32_t>(given.whole("boxes"));
+  parameters.seed = given.whole("seed");
+  const std::vector<RotatedBox> boxes = random_boxes(mesh.x, mesh.y, mesh.z, mesh.triangles, parameters);
+  if (boxes.empty()) throw ItemError(Status::zero_area, "hardly any box holds a share of the surface");
+  const std::span<const double> points = given.reals("points", 3);
+  std::vector<double> ratio, rho, mean_distance;
+  BoxBias bias;
+  for (const auto& [begin, size] : parts_of(points.size() / 3, given.numbers("sizes"))) {
+    const std::vector<double> set = working(mesh, points.subspan(3 * begin, 3 * size));
+    ratio.push_back(box_error_ratio(boxes, set));
+    bias.add(box_errors(boxes, set));
+    const Spacing spacing = spacing_of(nearest_distances(set), mesh.total_area);
+    rho.push_back(spacing.rho);
+    mean_distance.push_back(spacing.mean / hexagonal_spacing(mesh.total_area, size));
+  }
+  LaboratoryResult result;
+  result.add("bias", ratio.size() > 1 ? bias.ratio() : 0);
+  result.add("ratio", std::move(ratio));
+  result.add("rho", std::move(rho));
+  result.add("mean_distance", std::move(mean_distance));
+  return result;
+}
+
+// Of a staged model: points (M, 3) in units of the file, n: kept (n,), the numbers of the points that sample
+// elimination (Yuksel 2015) leaves.
+LaboratoryResult kept_by_elimination(const LaboratoryArguments& given) {
+  const PreparedMesh& mesh = given.staged().surface;
+  LaboratoryResult result;
+  result.add("kept", eliminate_samples(working(mesh, given.reals("points", 3)),
+                                       static_cast<std::uint32_t>(given.whole("n")), mesh.total_area));
+  return result;
+}
+
+constexpr LaboratoryFunction functions[] = {{"working_surface", working_surface},
+                                            {"weighted_by_lifted_area", weighted_by_lifted_area},
+                                            {"points_of_samples", points_of_samples},
+                                            {"distance_shares", distance_shares},
+                                            {"known_distance_shares", known_distance_shares},
+                                            {"histogram_errors", histogram_errors},
+                                            {"nearest_of_points", nearest_of_points},
+                                            {"geodesic_shares", geodesic_shares},
+                                            {"measures_of_sets", measures_of_sets},
+                                            {"kept_by_elimination", kept_by_elimination}};
+
+}  // namespace
+
+const std::span<const LaboratoryFunction> histogram_functions = functions;
+
+}  // namespace meander

@@ -1,0 +1,179 @@
+// Measures of point sets.
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "jobs/laboratory/functions/laboratory_call.h"
+#include "kernels/analyse/box_discrepancy.h"
+#include "kernels/analyse/differential_domain.h"
+#include "kernels/analyse/discrepancy_plane.h"
+#include "kernels/analyse/discrepancy_star.h"
+#include "kernels/analyse/spectrum.h"
+#include "kernels/mesh/prepare_mesh.h"
+#include "kernels/pointset/planar_points.h"
+#include "kernels/sample/point_frames.h"
+
+namespace meander {
+
+namespace {
+
+PlanarMethod method_named(const std::string& name) {
+  const std::optional<PlanarMethod> method = planar_method(name);
+  if (!method) throw std::invalid_argument("there is no method `" + name + "`");
+  return *method;
+}
+
+// method, n, seed, leaves (per point, of hilbert-vertex): points (n, 2) in the unit square; deterministic: 1
+// where the seed changes nothing.
+LaboratoryResult points_in_square(const LaboratoryArguments& given) {
+  const PlanarMethod method = method_named(given.text("method"));
+  PlanarParameters parameters;
+  parameters.leaves_per_point = given.real("leaves", parameters.leaves_per_point);
+  const PlanarPoints made =
+      planar_points(method, static_cast<std::uint32_t>(given.whole("n")), given.whole("seed", 1), parameters);
+  std::vector<double> points;
+  for (std::size_t i = 0; i < made.count(); ++i) points.insert(points.end(), {made.x[i], made.y[i]});
+  LaboratoryResult result;
+  result.add("deterministic", is_deterministic(method) ? 1 : 0);
+  result.add("points", std::move(points), 2);
+  return result;
+}
+
+ShapeParameters shapes_of(const LaboratoryArguments& given, std::uint32_t otherwise) {
+  ShapeParameters shapes;
+  shapes.shapes = static_cast<std::uint32_t>(given.whole("shapes", otherwise));
+  shapes.seed = given.whole("seed", 1);
+  shapes.stable_rise = 0;  // sets are compared: the same number of shapes for all
+  return shapes;
+}
+
+// points (n, 2) in the unit square, shapes, seed: the largest error over boxes at the origin (exact to 16,384
+// points), triangles at the origin and quarter circles.
+LaboratoryResult square_discrepancy(const LaboratoryArguments& given) {
+  constexpr std::size_t exact_limit = std::size_t{1} << 14;
+  const std::vector<double> x = given.column("points", 2, 0), y = given.column("points", 2, 1);
+  const ShapeParameters shapes = shapes_of(given, 4096);
+  StarSearchParameters search;
+  search.seed = shapes.seed;
+  LaboratoryResult result;
+  result.add("boxes",
+             x.size() <= exact_limit ? star_discrepancy_exact(x, y) : star_discrepancy_search(x, y, search));
+  result.add("triangles", triangle_discrepancy(build_point_index(x, y), shapes).discrepancy);
+  result.add("circles", quarter_circle_discrepancy(x, y));
+  return result;
+}
+
+// vertices (V, 3), faces (T, 3), points (sets x n, 3), sets, boxes, seed: by set the root mean square error
+// over random rotated boxes, the same for all, over that of random points: `ratios` (sets,).
+LaboratoryResult box_errors_on_mesh(const LaboratoryArguments& given) {
+  const PreparedMesh surface = prepare_mesh(given.mesh());
+  BoxParameters parameters;
+  parameters.boxes = static_cast<std::uint32_t>(given.whole("boxes", 1000));
+  parameters.seed = given.whole("seed", 1);
+  const std::vector<RotatedBox> boxes =
+      random_boxes(surface.x, surface.y, surface.z, surface.triangles, parameters);
+  if (boxes.empty())
+    throw ItemError(Status::zero_area, "hardly any box holds between 0.2 % and 60 % of the surface");
+  const std::span<const double> points = given.reals("points", 3);
+  const std::size_t sets = given.whole("sets", 1), each = sets > 0 ? points.size() / 3 / sets : 0;
+  if (each == 0 || 3 * each * sets != points.size())
+    throw std::invalid_argument("points must be those of `sets` sets of equal size");
+  std::vector<double> ratios;
+  for (std::size_t s = 0; s < sets; ++s) {
+    std::vector<double> working;
+    for (std::size_t i = 3 * each * s; i < 3 * each * (s + 1); i += 3) {
+      const Vector3 p = to_working(surface, {points[i], points[i + 1], points[i + 2]});
+      working.insert(working.end(), {p.x, p.y, p.z});
+    }
+    ratios.push_back(box_error_ratio(boxes, working));
+  }
+  LaboratoryResult result;
+  result.add("ratios", std::move(ratios));
+  return result;
+}
+
+// points (n, 2) in the unit square that follow a density (of planar_density_names), shapes, seed: the largest
+// error over boxes at the origin, against their exact shares of it.
+LaboratoryResult density_discrepancy(const LaboratoryArguments& given) {
+  const std::string name = given.text("density");
+  const std::optional<PlanarDensity> density = planar_density(name);
+  if (!density) throw std::invalid_argument("there is no density `" + name + "`");
+  LaboratoryResult result;
+  result.add("boxes", density_box_discrepancy(
+                          build_point_index(given.column("points", 2, 0), given.column("points", 2, 1)),
+                          *density, shapes_of(given, 4096))
+                          .discrepancy);
+  return result;
+}
+
+// points (n, 2) in the unit square, radius: power (2 radius + 1, 2 radius + 1) at whole frequencies, white
+// noise being 1; rows by the frequency in y from -radius.
+LaboratoryResult power_spectrum(const LaboratoryArguments& given) {
+  PowerSpectrum spectrum = make_power_spectrum(static_cast<std::uint32_t>(given.whole("radius")));
+  add_periodogram(spectrum, given.column("points", 2, 0), given.column("points", 2, 1));
+  LaboratoryResult result;
+  const std::size_t side = spectrum.side();
+  result.add("power", std::move(spectrum.sum), side);
+  return result;
+}
+
+// points (n, 3), normals (n, 3), spacing (n,): the wanted distance at each; range in spacings, cells; frames
+// (n, 3; optional): what the first axis of the map is at each point, otherwise a random direction by seed.
+// Returns pairs (cells, cells) by their difference in units of spacings, over the number of points: what
+// independent points of the same density give on average to divide by.
+LaboratoryResult differences(const LaboratoryArguments& given) {
+  DifferenceParameters parameters;
+  parameters.range = given.real("range", parameters.range);
+  parameters.cells = static_cast<std::uint32_t>(given.whole("cells", parameters.cells));
+  SurfaceDifferenceParameters surface;
+  surface.seed = given.whole("seed", surface.seed);
+  DifferenceMap map = make_difference_map(parameters);
+  const std::span<const double> spacing = given.reals("spacing");
+  add_surface_differences(map, given.reals("points", 3), given.reals("normals", 3), spacing,
+                          given.has("frames") ? given.reals("frames", 3) : std::span<const double>{},
+                          surface);
+  for (double& pairs : map.sum) pairs /= static_cast<double>(spacing.size());
+  LaboratoryResult result;
+  const std::size_t side = map.side();
+  result.add("pairs", std::move(map.sum), side);
+  return result;
+}
+
+// map (side^2,), symmetric about its middle; first, width: of its rings, in cells. By ring radius (cells),
+// mean, anisotropy (dB) and bins; rings of too few bins to show are left out.
+LaboratoryResult radial(const LaboratoryArguments& given) {
+  const std::span<const double> map = given.reals("map");
+  const auto side = static_cast<std::size_t>(std::lround(std::sqrt(static_cast<double>(map.size()))));
+  RadialProfile profile = radial_profile(map, side, given.real("first", 0), given.real("width", 1));
+  std::size_t kept = 0;
+  for (std::size_t k = 0; k < profile.rings(); ++k) {
+    if (!profile.reliable(k)) continue;
+    profile.radius[kept] = profile.radius[k];
+    profile.mean[kept] = profile.mean[k];
+    profile.anisotropy_db[kept] = profile.anisotropy_db[k];
+    profile.bins[kept++] = profile.bins[k];
+  }
+  for (std::vector<double>* values : {&profile.radius, &profile.mean, &profile.anisotropy_db})
+    values->resize(kept);
+  profile.bins.resize(kept);
+  LaboratoryResult result;
+  result.add("radius", std::move(profile.radius));
+  result.add("mean", std::move(profile.mean));
+  result.add("anisotropy", std::move(profile.anisotropy_db));
+  result.add("bins", std::move(profile.bins));
+  return result;
+}
+
+constexpr LaboratoryFunction functions[] = {{"points_in_square", points_in_square},
+                                            {"square_discrepancy", square_discrepancy},
+                                            {"box_errors", box_errors_on_mesh},
+                                            {"density_discrepancy", density_discrepancy},
+                                            {"power_spectrum", power_spectrum},
+                                            {"differences", differences},
+                                            {"radial", radial}};
+
+}  // namespace
+
+const std::span<const LaboratoryFunction> measure_functions = functions;
+
+}  // namespace meander

@@ -1,0 +1,87 @@
+// Pictures of surfaces with marks on them.
+#include <cmath>
+#include <stdexcept>
+
+#include "jobs/laboratory/functions/laboratory_call.h"
+#include "kernels/render/sampled_surface.h"
+
+namespace meander {
+
+namespace {
+
+SrgbColour colour_at(std::span<const std::uint8_t> colours, std::size_t i) {
+  const std::size_t at = colours.size() == 3 ? 0 : 3 * i;
+  if (at + 3 > colours.size()) throw std::invalid_argument("there are too few colours");
+  return {colours[at], colours[at + 1], colours[at + 2]};
+}
+
+double width_at(std::span<const double> widths, std::size_t i) {
+  if (widths.size() != 1 && i >= widths.size()) throw std::invalid_argument("there are too few widths");
+  return widths[widths.size() == 1 ? 0 : i];
+}
+
+Vector3 vector_at(std::span<const double> values, std::size_t i) {
+  return {values[3 * i], values[3 * i + 1], values[3 * i + 2]};
+}
+
+Vector3 direction(const LaboratoryArguments& given, const char* name, Vector3 otherwise) {
+  if (!given.has(name)) return otherwise;
+  const std::span<const double> values = given.reals(name);
+  if (values.size() != 3) throw std::invalid_argument(std::string(name) + " must be three numbers");
+  return vector_at(values, 0);
+}
+
+SurfacePictureParameters look_of(const LaboratoryArguments& given) {
+  SurfacePictureParameters look;
+  look.size = static_cast<std::uint32_t>(given.whole("size", look.size));
+  look.margin = given.real("margin", look.margin);
+  look.crease = given.real("crease", look.crease);
+  look.view = direction(given, "view", look.view);
+  look.up = direction(given, "up", look.up);
+  return look;
+}
+
+// vertices (V, 3), faces (T, 3); optional, one colour (1, 3) or width (1,) for all where there are not as
+// many: face_colours (T, 3); lines (L, 6) from x y z to x y z, line_colours, line_widths in pixels; discs (D,
+// 9) centre and two half-axes, disc_colours; dots (P, 3), dot_colours, dot_radii in pixels. Colours are
+// uint8. size, margin, crease, view, up: see surface_picture.h. Returns image (size, size, 3) as rows of
+// pixels.
+LaboratoryResult picture(const LaboratoryArguments& given) {
+  SurfaceScene scene{given.reals("vertices", 3), given.numbers("faces", 3), {}};
+  if (given.has("face_colours")) {
+    const std::span<const std::uint8_t> colours = given.bytes("face_colours", 3);
+    for (std::size_t t = 0; t < scene.faces.size() / 3; ++t)
+      scene.face_colours.push_back(colour_at(colours, t));
+  }
+  if (given.has("lines")) {
+    const std::span<const double> lines = given.reals("lines", 6), widths = given.reals("line_widths");
+    const std::span<const std::uint8_t> colours = given.bytes("line_colours", 3);
+    for (std::size_t i = 0; i < lines.size() / 6; ++i)
+      scene.lines.push_back(
+          {vector_at(lines, 2 * i), vector_at(lines, 2 * i + 1), width_at(widths, i), colour_at(colours, i)});
+  }
+  if (given.has("discs")) {
+    const std::span<const double> discs = given.reals("discs", 9);
+    const std::span<const std::uint8_t> colours = given.bytes("disc_colours", 3);
+    for (std::size_t i = 0; i < discs.size() / 9; ++i)
+      scene.ellipses.push_back({vector_at(discs, 3 * i), vector_at(discs, 3 * i + 1),
+                                vector_at(discs, 3 * i + 2), colour_at(colours, i)});
+  }
+  if (given.has("dots")) {
+    const std::span<const double> dots = given.reals("dots", 3), radii = given.reals("dot_radii");
+    const std::span<const std::uint8_t> colours = given.bytes("dot_colours", 3);
+    for (std::size_t i = 0; i < dots.size() / 3; ++i)
+      scene.dots.push_back({vector_at(dots, i), width_at(radii, i), colour_at(colours, i)});
+  }
+  LaboratoryResult result;
+  result.add("image", surface_picture(scene, look_of(given)).pixels);
+  return result;
+}
+
+constexpr LaboratoryFunction functions[] = {{"picture", picture}};
+
+}  // namespace
+
+const std::span<const LaboratoryFunction> picture_functions = functions;
+
+}  // namespace meander

@@ -1,0 +1,130 @@
+#include "jobs/laboratory/python_program.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/mman.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <cstdlib>
+#include <filesystem>
+#include <stdexcept>
+#include <system_error>
+
+#include "jobs/exit_status.h"
+#include "jobs/inputs.h"
+#include "meander_python_place.h"
+
+namespace meander {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+// What plots.py ends with where matplotlib is missing.
+constexpr int matplotlib_missing = 3;
+
+fs::path own_program() {
+  std::error_code error;
+  return fs::read_symlink("/proc/self/exe", error);
+}
+
+// The folder that has the package `meander`, of an installation or of the build tree.
+fs::path package_folder() {
+  const fs::path beside = own_program().parent_path();
+  for (const fs::path& folder : {beside / python_place_installed, beside / python_place_built})
+    if (fs::exists(folder / "meander" / "figures" / "plots.py")) return folder.lexically_normal();
+  throw UsageError(
+      "the Python package of Meander is not beside the program: plots and figures are drawn by it");
+}
+
+// The interpreter that the package was built for, or the first on PATH.
+std::string interpreter() {
+  if (const char* const named = std::getenv("MEANDER_PYTHON")) return named;
+  return fs::exists(python_interpreter) ? python_interpreter : "python3";
+}
+
+std::vector<char*> pointers_to(std::vector<std::string>& words) {
+  std::vector<char*> pointers;
+  for (std::string& word : words) pointers.push_back(word.data());
+  pointers.push_back(nullptr);
+  return pointers;
+}
+
+// A file in memory, closed at the end.
+class MemoryFile {
+ public:
+  explicit MemoryFile(std::string_view content) : descriptor_(memfd_create("meander", MFD_CLOEXEC)) {
+    if (descriptor_ < 0) throw std::system_error(errno, std::generic_category(), "a file in memory");
+    while (!content.empty()) {
+      const ssize_t written = ::write(descriptor_, content.data(), content.size());
+      if (written < 0 && errno == EINTR) continue;
+      if (written < 0) throw std::system_error(errno, std::generic_category(), "a file in memory");
+      content.remove_prefix(static_cast<std::size_t>(written));
+    }
+    lseek(descriptor_, 0, SEEK_SET);
+  }
+  ~MemoryFile() { close(descriptor_); }
+  MemoryFile(const MemoryFile&) = delete;
+  MemoryFile& operator=(const MemoryFile&) = delete;
+
+  int descriptor() const { return descriptor_; }
+  std::string content() const {
+    std::string text;
+    std::array<char, 65536> block;
+    off_t at = 0;
+    for (ssize_t got = 0; (got = pread(descriptor_, block.data(), block.size(), at)) > 0; at += got)
+      text.append(block.data(), static_cast<std::size_t>(got));
+    return text;
+  }
+
+ private:
+  int descriptor_;
+};
+
+}  // namespace
+
+void become_figures_program(const std::vector<std::string>& arguments) {
+  const fs::path folder = package_folder();
+  std::vector<std::string> words = {interpreter(), "-m", "meander.figures"};
+  words.insert(words.end(), arguments.begin(), arguments.end());
+  const char* const before = std::getenv("PYTHONPATH");
+  setenv("PYTHONPATH", (folder.string() + (before ? std::string(":") + before : std::string())).c_str(), 1);
+  setenv("MEANDER_PROGRAM", own_program().c_str(), 1);
+  setenv("MEANDER_COMMAND", "meander figures", 1);
+  execvp(words.front().c_str(), pointers_to(words).data());
+  throw UsageError(
+      fmt::format("figures are made by Python 3, and `{}` cannot be run ({}): install python3, "
+                  "python3-numpy and python3-matplotlib",
+                  words.front(), std::generic_category().message(errno)));
+}
+
+std::string draw_plot(std::string_view json) {
+  const MemoryFile input(json), output(""), errors("");
+  std::vector<std::string> words = {interpreter(),
+                                    (package_folder() / "meander" / "figures" / "plots.py").string()};
+  const std::vector<char*> pointers = pointers_to(words);
+  const pid_t child = fork();
+  if (child < 0) throw std::system_error(errno, std::generic_category(), "cannot start a child process");
+  if (child == 0) {
+    dup2(input.descriptor(), STDIN_FILENO);
+    dup2(output.descriptor(), STDOUT_FILENO);
+    dup2(errors.descriptor(), STDERR_FILENO);
+    execvp(pointers.front(), pointers.data());
+    _exit(matplotlib_missing);
+  }
+  int status = 0;
+  while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
+  }
+  if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return output.content();
+  if (WIFEXITED(status) && WEXITSTATUS(status) == matplotlib_missing)
+    throw UsageError(
+        fmt::format("plots are drawn by Python 3 with matplotlib, and `{}` has none: install "
+                    "python3-matplotlib, or leave the picture out",
+                    words.front()));
+  throw std::runtime_error("the plot could not be drawn: " + errors.content());
+}
+
+}  // namespace meander
