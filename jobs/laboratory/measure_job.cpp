@@ -40,8 +40,9 @@ constexpr Measure measures[] = {
      false, false, false},
     {"spectrum", "radially averaged power and anisotropy, mean of all sets (plane)", measure_spectrum, true,
      false, false},
-    {"differences", "differential domain analysis, mean of all sets (plane, meshes)", measure_differences,
-     true, false, true},
+    {"differences",
+     "differential domain analysis, mean of all sets, of any density or tensor field (plane, meshes)",
+     measure_differences, true, false, true},
     {"distance", "mean, RMS and largest distance between two meshes, in both directions", nullptr, false,
      false, true},
 };

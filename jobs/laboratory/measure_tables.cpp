@@ -26,6 +26,7 @@
 #include "kernels/analyse/slope_fit.h"
 #include "kernels/analyse/spacing.h"
 #include "kernels/analyse/spectrum.h"
+#include "kernels/mesh/prepare_mesh.h"
 #include "kernels/sample/point_frames.h"
 
 namespace meander {
@@ -43,7 +44,7 @@ using Kind = MeasuredSurface::Kind;
 void require_uniform(const MeasuredSet& set, const MeasureOptions& options) {
   if (!set.density.empty())
     throw UsageError("measure " + options.what + " compares with area, but " + set.name +
-                     " was sampled with a density; only `integral` weights it");
+                     " was sampled with a density; only `integral` and `differences` take it");
 }
 
 }  // namespace
@@ -311,39 +312,89 @@ std::vector<double> interleaved(const MeasuredSet& set) {
   return points;
 }
 
+// Of a set on the surface `mesh`, which is the unit square for sets of the plane.
+FieldSamples field_samples(const MeasuredSet& set, const PreparedMesh& mesh, bool plane) {
+  FieldSamples samples;
+  samples.points = working_points(set, mesh);
+  samples.density = set.density.empty() ? std::vector<double>(set.count(), 1) : set.density;
+  samples.axes = set.axes;
+  samples.ratio = set.ratio;
+  if (!plane) {
+    samples.normals.assign(set.normals.begin(), set.normals.end());
+    return samples;
+  }
+  for (std::size_t i = 0; i < set.count(); ++i) {
+    samples.normals.insert(samples.normals.end(), {0, 0, 1});
+    samples.frames.insert(samples.frames.end(), {1, 0, 0});
+  }
+  return samples;
+}
+
+PreparedMesh unit_square() {
+  PolygonMesh square;
+  square.x = {0, 1, 1, 0};
+  square.y = {0, 0, 1, 1};
+  square.z = {0, 0, 0, 0};
+  square.corners = {0, 1, 2, 0, 2, 3};
+  square.polygon_begin = {0, 3, 6};
+  return prepare_mesh(square);
+}
+
 }  // namespace
 
 Table measure_differences(PointSets& sets, MeasuredSurfaces& surfaces, const MeasureOptions& options) {
   constexpr std::uint32_t random_sets = 8;
   DifferenceMap map = make_difference_map(), expected = make_difference_map();
   std::size_t count = 0;
+  double integral = 0;
+  bool is_anisotropic = false, is_field = false;
   const bool plane = options.surface == "plane";
   const MeasuredSurface* last = nullptr;
+  std::vector<FieldSamples> fields;  // of sets with densities or tensors
+  const PreparedMesh square = unit_square();
   for (std::size_t number = 0; number < sets.size(); ++number) {
     MeasuredSet set = sets.load(number);
-    if (number == 0) count = set.count();
+    if (number == 0) {
+      count = set.count();
+      integral = set.measure;
+      is_anisotropic = !set.ratio.empty();
+      is_field = is_anisotropic || !set.density.empty();
+    }
     require_count(set, count, options);
-    require_uniform(set, options);
     if (count < 2) throw UsageError(set.name + " is one point, which has no differences");
+    if (is_field != (!set.ratio.empty() || !set.density.empty()) || is_anisotropic != !set.ratio.empty())
+      throw UsageError("measure differences averages over sets of one density and one tensor field: " +
+                       set.name + " has others");
     const MeasuredSurface& surface = surfaces.of(set);
     if (surface.kind == Kind::sphere) refuse_surface(options, "plane, MESH or FOLDER");
-    const double spacing = std::sqrt(surface.area() / static_cast<double>(count));
-    if (plane) {
-      add_differences(map, set.x, set.y, spacing);
-      continue;
-    }
-    if (set.normals.empty())
+    if (!plane && set.normals.empty())
       throw UsageError(set.name + " has no normals, which measure differences needs on meshes");
     if (last != nullptr && last != &surface)
       throw UsageError("measure differences averages over sets of one surface: " + set.name + " has another");
-    if (last == nullptr)
+    if (!plane && !is_field && last == nullptr)
       add_random_surface_differences(expected, surface.mesh, count, options.seed, random_sets);
     last = &surface;
-    const std::vector<double> normals(set.normals.begin(), set.normals.end());
-    add_surface_differences(map, interleaved(set), normals, std::vector<double>(count, spacing));
+    const double spacing = std::sqrt(surface.area() / static_cast<double>(count));
+    if (is_field) {
+      fields.push_back(field_samples(set, plane ? square : surface.mesh, plane));
+    } else if (plane) {
+      add_differences(map, set.x, set.y, spacing);
+    } else {
+      const std::vector<double> normals(set.normals.begin(), set.normals.end());
+      add_surface_differences(map, interleaved(set), normals, std::vector<double>(count, spacing));
+    }
   }
-  const double side = std::sqrt(static_cast<double>(count));  // of the square in units of the mean spacing
-  if (plane) expected = expected_differences(map.parameters, count, side, side);
+  if (is_field) {
+    FieldSamples all;
+    for (const FieldSamples& set : fields) all.append(set);
+    const PreparedMesh& mesh = plane ? square : last->mesh;
+    const SampledField field(mesh, std::move(all), count, integral / (mesh.unit * mesh.unit), options.seed);
+    for (const FieldSamples& set : fields) field.add(map, set);
+    field.add_random(expected, options.seed, random_sets);
+  } else if (plane) {
+    const double side = std::sqrt(static_cast<double>(count));  // of the square in units of the mean spacing
+    expected = expected_differences(map.parameters, count, side, side);
+  }
   const std::vector<double> ratio = normalised_differences(map, expected);
   draw_map(options, ratio, map.side(), 0.5 * static_cast<double>(map.side()) * map.cell(),
            "difference / spacing");

@@ -48,6 +48,10 @@ MeasuredSet set_of_row(const StoreReader& store, const std::string& path, std::u
   }
   set.normals = row.samples.normals;
   set_density({row.samples.density.begin(), row.samples.density.end()}, set);
+  set.measure = row.report.measure;
+  set.axes.assign(row.samples.tensor_direction.begin(), row.samples.tensor_direction.end());
+  for (std::size_t i = 0; i < row.samples.tensor_spacing.size(); i += 2)
+    set.ratio.push_back(double{row.samples.tensor_spacing[i]} / double{row.samples.tensor_spacing[i + 1]});
   return set;
 }
 

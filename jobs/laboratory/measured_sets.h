@@ -24,7 +24,10 @@ struct MeasuredSet {
   std::vector<double> x, y, z;  // n each
   std::vector<float> normals;   // 3 n, or empty
   std::vector<double> density;  // n positive values; empty: uniform
-  bool progressive = false;     // every prefix is a set of its own
+  double measure = 0;           // of stores: the integral of the density over the surface
+  std::vector<double> axes,
+      ratio;                 // 3 n directions of the longer spacing, n ratios of the spacings; or empty
+  bool progressive = false;  // every prefix is a set of its own
   std::size_t count() const { return x.size(); }
 };
 

@@ -168,6 +168,56 @@ TEST_CASE("measure differences: random points of an open mesh with sharp edges a
   for (const double mean : csv_column(scratch / "d.csv", "mean")) CHECK(mean == Approx(1).margin(0.12));
 }
 
+TEST_CASE("measure differences: densities and tensors have random sets of their own as control") {
+  const ScratchFolder scratch;
+  // Far from the origin, in small units; the inside of the tube is more curved than its outside.
+  const std::filesystem::path ring = scratch / "ring.off";
+  write_mesh(ring, moved(torus(96, 48, 1, 0.6), 1e-3, 5, -7, 3));
+  struct Case {
+    std::string surface;
+    std::vector<std::string> options;
+    bool export_points = false;
+  };
+  const std::vector<std::string> curved = {"--density", "mean", "--density-exponent", "2"},
+                                 tensors = {"--method", "anisotropic", "--density", "mean"};
+  for (const Case& c : {Case{ring.string(), curved}, Case{ring.string(), curved, true},
+                        Case{ring.string(), tensors}, Case{"plane", {"--density", "0.05 + x^2*y"}}}) {
+    for (const std::string sequence : {"random", "shifted"}) {
+      std::vector<std::string> measured = {"differences"};
+      for (const char* seed : {"1", "2", "3", "4"}) {
+        const std::string store = scratch / (std::string(seed) + ".h5");
+        std::vector<std::string> run = {program,   c.surface == "plane" ? "surface" : "run",
+                                        c.surface, "-o",
+                                        store,     "-n",
+                                        "2000",    "--sequence",
+                                        sequence,  "--seed",
+                                        seed,      "--fresh"};
+        run.insert(run.end(), c.options.begin(), c.options.end());
+        REQUIRE(run_process(run).exit_code == 0);
+        measured.push_back(store);
+        if (!c.export_points) continue;
+        const std::string folder = scratch / (std::string("out") + seed + sequence);
+        REQUIRE(run_process({program, "export", store, "-o", folder}).exit_code == 0);
+        measured.back() = folder + "/ring.off.ply";
+      }
+      measured.insert(measured.end(), {"--surface", c.surface, "--csv", scratch / "d.csv"});
+      const ProcessResult result = measure(measured);
+      INFO(c.surface << ", " << c.options[1] << ", " << sequence << ": " << result.err);
+      REQUIRE(result.exit_code == 0);
+      const std::vector<double> mean = csv_column(scratch / "d.csv", "mean"),
+                                bins = csv_column(scratch / "d.csv", "bins");
+      REQUIRE(mean.size() > 20);
+      for (std::size_t i = 0; i < mean.size(); ++i)
+        if (sequence == "random" || i > 11) CHECK(mean[i] == Approx(1).margin(bins[i] < 40 ? 0.15 : 0.08));
+      if (sequence != "random") CHECK(mean[0] < 0.4);
+    }
+  }
+  // A set of one density says nothing about another.
+  const std::string plain = scratch / "plain.h5";
+  REQUIRE(run_process({program, "run", ring.string(), "-o", plain, "-n", "2000"}).exit_code == 0);
+  CHECK(measure({"differences", scratch / "1.h5", plain, "--surface", ring.string()}).exit_code == 2);
+}
+
 TEST_CASE("measure: the density of an exported PLY file is seen") {
   const ScratchFolder scratch;
   const std::string store = scratch / "s.h5";
