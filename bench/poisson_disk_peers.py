@@ -1,90 +1,141 @@
 #!/usr/bin/env python3
-"""How Open3D's Poisson disk sets stand beside spaced samples: error over rotated boxes and spacing, same boxes.
+"""How sets of other samplers that keep points apart stand beside spaced samples: error over rotated boxes and spacing.
 
-    poisson_disk_peers.py MEANDER MESH... [-n 1024 16384] [--sets 3] [--json result.json]
+    poisson_disk_peers.py MEANDER MESH... [-n 1024 16384] [--sets 3] [--yuksel CYCODEBASE] [--json result.json]
 
-For every mesh and number of points: sets of Open3D (sample_points_poisson_disk from five times as many uniform
-points, its default) and of `meander run --sequence spaced --order curve`, judged by `meander measure boxes` and
-`measure spacing`: root mean square of the errors, mean rho, mean distance over that of the hexagonal lattice, and
-the time that Open3D takes for a sample. Needs numpy and Open3D (Debian: python3-open3d). Exit status 1 when a run
-failed. Points of other programs are judged the same way: write them as PLY or XYZ and give them to `meander measure`.
+For every mesh and number of points, sets of
+  Yuksel's own code (--yuksel: the folder of github.com/cemyuksel/cyCodeBase), from five times as many random samples;
+  farthest points, each the farthest from all before it, of ten times as many random samples;
+  Open3D (sample_points_poisson_disk, its default), where Python can import it;
+  `meander run --sequence spaced --order curve`.
+They are judged by `meander measure boxes` and `measure spacing`, on the same boxes: root mean square of the errors, mean
+rho, mean distance over that of the hexagonal lattice, and the time that a sample takes one core (Meander: of a whole run
+with -j 1, reading and writing included; others: of the elimination alone). Needs numpy, the Python package of Meander
+(PYTHONPATH), and g++ for --yuksel. Exit status 1 when a run failed. Points of other programs are judged the same way: write
+them as PLY or XYZ and give them to `meander measure`.
 """
 import argparse
 import json
 import math
+import os
+import resource
 import subprocess
 import sys
 import tempfile
 import time
 from pathlib import Path
 
+import meander
 import numpy as np
-import open3d
+
+try:
+    import open3d
+except ImportError:
+    open3d = None
 
 
-def measured(meander, measure, files, mesh, column):
+def measured(program, measure, files, mesh, column):
     """One value of every set."""
-    command = [meander, "measure", measure, *map(str, files), "--surface", str(mesh), "--json"]
+    command = [program, "measure", measure, *map(str, files), "--surface", str(mesh), "--json"]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode != 0:
         sys.exit(f"{' '.join(command)}: exit {done.returncode}\n{done.stderr[-2000:]}")
     return [row[column] for row in json.loads(done.stdout)["results"]]
 
 
-def summary(meander, files, mesh, points, area):
-    errors = measured(meander, "boxes", files, mesh, "error / random")
+def summary(program, files, mesh, points, area):
+    errors = measured(program, "boxes", files, mesh, "error / random")
     hexagonal = math.sqrt(2 * area / (math.sqrt(3) * points))
-    rho = measured(meander, "spacing", files, mesh, "rho")
-    mean = measured(meander, "spacing", files, mesh, "mean")
+    rho = measured(program, "spacing", files, mesh, "rho")
+    mean = measured(program, "spacing", files, mesh, "mean")
     return {"error": math.sqrt(np.mean(np.square(errors))), "rho": float(np.mean(rho)), "least rho": min(rho),
             "mean distance": float(np.mean(mean)) / hexagonal}
 
 
-def peer_sets(mesh, points, sets, scratch):
-    surface = open3d.io.read_triangle_mesh(str(mesh))
-    files, seconds = [], 0.0
-    for seed in range(1, sets + 1):
+def candidates(surface, count, seed):
+    return meander.sample(surface, n=count, seed=seed, method="direct", sequence="random").coordinates()
+
+
+class Peers:
+    """Functions of (mesh, surface, area, points, seed, file): write a set to the file, return the seconds of one core."""
+
+    def __init__(self, program, yuksel, scratch):
+        self.program, self.scratch = program, scratch
+        self.all = {}
+        if yuksel:
+            self.eliminator = scratch / "yuksel_elimination"
+            subprocess.run(["g++", "-O3", "-march=native", "-w", "-I", str(yuksel),
+                            str(Path(__file__).parent / "yuksel_elimination.cpp"), "-o", str(self.eliminator)], check=True)
+            self.all["Yuksel's own code"] = (self.yuksel, ".npy")
+        self.all["farthest points"] = (self.farthest, ".npy")
+        if open3d:
+            self.all["Open3D Poisson disk"] = (self.open3d, ".ply")
+        self.all["spaced"] = (self.spaced, ".h5")
+
+    def yuksel(self, mesh, surface, area, points, seed, file):
+        given, kept = self.scratch / "given.raw", self.scratch / "kept.raw"
+        candidates(surface, 5 * points, seed).astype(np.float32).tofile(given)
+        done = subprocess.run([self.eliminator, given, kept, str(points), repr(area)], capture_output=True, text=True,
+                              check=True)
+        np.save(file, np.fromfile(kept, np.float32).reshape(-1, 3))
+        return float(done.stdout)
+
+    def farthest(self, mesh, surface, area, points, seed, file):
+        given = candidates(surface, 10 * points, seed).astype(np.float32)
+        start = time.process_time()
+        chosen, nearest = np.zeros(points, np.int64), np.full(len(given), np.inf, np.float32)
+        for i in range(1, points):
+            apart = given - given[chosen[i - 1]]
+            np.minimum(nearest, np.einsum("ij,ij->i", apart, apart), out=nearest)
+            chosen[i] = nearest.argmax()
+        np.save(file, given[chosen])
+        return time.process_time() - start
+
+    def open3d(self, mesh, surface, area, points, seed, file):
+        triangles = open3d.io.read_triangle_mesh(str(mesh))
         open3d.utility.random.seed(seed)
-        start = time.perf_counter()
-        cloud = surface.sample_points_poisson_disk(points)
-        seconds += time.perf_counter() - start
-        files.append(scratch / f"open3d{seed}.ply")
-        open3d.io.write_point_cloud(str(files[-1]), cloud)
-    return files, 1e6 * seconds / sets / points, surface.get_surface_area()
+        start = time.process_time()
+        cloud = triangles.sample_points_poisson_disk(points)
+        seconds = time.process_time() - start
+        open3d.io.write_point_cloud(str(file), cloud)
+        return seconds
 
-
-def own_sets(meander, mesh, points, sets, scratch):
-    files = []
-    for seed in range(1, sets + 1):
-        files.append(scratch / f"spaced{seed}.h5")
-        subprocess.run([meander, "run", str(mesh), "-o", str(files[-1]), "-n", str(points), "--seed", str(seed),
-                        "--sequence", "spaced", "--order", "curve", "--fresh", "--progress", "none"],
+    def spaced(self, mesh, surface, area, points, seed, file):
+        before = resource.getrusage(resource.RUSAGE_CHILDREN)
+        subprocess.run([self.program, "run", str(mesh), "-o", str(file), "-n", str(points), "--seed", str(seed),
+                        "--sequence", "spaced", "--order", "curve", "--fresh", "--progress", "none", "-j", "1"],
                        check=True, capture_output=True)
-    return files
+        after = resource.getrusage(resource.RUSAGE_CHILDREN)
+        return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("meander", help="the program")
+    parser.add_argument("meander", help="the program", type=os.path.abspath)
     parser.add_argument("meshes", nargs="+", type=Path)
     parser.add_argument("-n", "--points", nargs="+", type=int, default=[1024, 16384])
     parser.add_argument("--sets", type=int, default=3)
+    parser.add_argument("--yuksel", metavar="CYCODEBASE", type=Path)
     parser.add_argument("--json", metavar="FILE", help="all values")
     arguments = parser.parse_args()
     rows = []
-    print(f"Open3D {open3d.__version__}, {arguments.sets} sets")
+    print(f"{'Open3D ' + open3d.__version__ if open3d else 'without Open3D'}, {arguments.sets} sets")
     print("| mesh | points | samples | error | rho (least) | mean distance | us a sample |\n|---|---|---|---|---|---|---|")
-    for mesh in arguments.meshes:
-        for points in arguments.points:
-            with tempfile.TemporaryDirectory(prefix="meander-peers-") as folder:
-                files, microseconds, area = peer_sets(mesh, points, arguments.sets, Path(folder))
-                peer = summary(arguments.meander, files, mesh, points, area)
-                own = summary(arguments.meander, own_sets(arguments.meander, mesh, points, arguments.sets,
-                                                          Path(folder)), mesh, points, area)
-            for name, row, shown in (("Open3D Poisson disk", peer, f"{microseconds:.0f}"), ("spaced", own, "")):
-                print(f"| {mesh.stem} | {points} | {name} | {row['error']:.3f} | {row['rho']:.2f} "
-                      f"({row['least rho']:.2f}) | {row['mean distance']:.2f} | {shown} |", flush=True)
-                rows.append({"mesh": mesh.stem, "points": points, "samples": name, **row})
+    with tempfile.TemporaryDirectory(prefix="meander-peers-") as folder:
+        peers = Peers(arguments.meander, arguments.yuksel, Path(folder))
+        for mesh in arguments.meshes:
+            surface = meander.read_mesh(mesh)
+            area = meander.sample(surface, n=1).area
+            for points in arguments.points:
+                for name, (make, suffix) in peers.all.items():
+                    files = [Path(folder) / f"{seed}{suffix}" for seed in range(1, arguments.sets + 1)]
+                    seconds = [make(mesh, surface, area, points, seed, file)
+                               for seed, file in enumerate(files, 1)]
+                    row = summary(arguments.meander, files, mesh, points, area)
+                    row["us a sample"] = 1e6 * min(seconds) / points
+                    print(f"| {mesh.stem} | {points} | {name} | {row['error']:.3f} | {row['rho']:.2f} "
+                          f"({row['least rho']:.2f}) | {row['mean distance']:.2f} | {row['us a sample']:.1f} |", flush=True)
+                    rows.append({"mesh": mesh.stem, "points": points, "samples": name, **row})
     if arguments.json:
         Path(arguments.json).write_text(json.dumps(rows, indent=1) + "\n")
     return 0
