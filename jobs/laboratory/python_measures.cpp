@@ -6,7 +6,7 @@
 #include <stdexcept>
 #include <vector>
 
-#include "jobs/laboratory/functions/laboratory_call.h"
+#include "jobs/laboratory/functions/laboratory_functions.h"
 #include "jobs/python/measures.h"
 #include "kernels/analyse/box_discrepancy.h"
 #include "kernels/mesh/prepare_mesh.h"

@@ -1,19 +1,16 @@
 #include "jobs/laboratory/python_program.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/mman.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <array>
 #include <cerrno>
 #include <cstdlib>
 #include <filesystem>
 #include <stdexcept>
 #include <system_error>
 
-#include "jobs/exit_status.h"
+#include "io/file/memory_file.h"
 #include "jobs/inputs.h"
 #include "meander_python_place.h"
 
@@ -52,37 +49,6 @@ std::vector<char*> pointers_to(std::vector<std::string>& words) {
   pointers.push_back(nullptr);
   return pointers;
 }
-
-// A file in memory, closed at the end.
-class MemoryFile {
- public:
-  explicit MemoryFile(std::string_view content) : descriptor_(memfd_create("meander", MFD_CLOEXEC)) {
-    if (descriptor_ < 0) throw std::system_error(errno, std::generic_category(), "a file in memory");
-    while (!content.empty()) {
-      const ssize_t written = ::write(descriptor_, content.data(), content.size());
-      if (written < 0 && errno == EINTR) continue;
-      if (written < 0) throw std::system_error(errno, std::generic_category(), "a file in memory");
-      content.remove_prefix(static_cast<std::size_t>(written));
-    }
-    lseek(descriptor_, 0, SEEK_SET);
-  }
-  ~MemoryFile() { close(descriptor_); }
-  MemoryFile(const MemoryFile&) = delete;
-  MemoryFile& operator=(const MemoryFile&) = delete;
-
-  int descriptor() const { return descriptor_; }
-  std::string content() const {
-    std::string text;
-    std::array<char, 65536> block;
-    off_t at = 0;
-    for (ssize_t got = 0; (got = pread(descriptor_, block.data(), block.size(), at)) > 0; at += got)
-      text.append(block.data(), static_cast<std::size_t>(got));
-    return text;
-  }
-
- private:
-  int descriptor_;
-};
 
 }  // namespace
 

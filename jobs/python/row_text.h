@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "jobs/laboratory/functions/laboratory_call.h"
 #include "jobs/python/array_mesh.h"
+#include "jobs/python/laboratory_call.h"
 #include "jobs/python/sample_queue.h"
 
 namespace meander {

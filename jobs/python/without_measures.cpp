@@ -1,6 +1,6 @@
 #include <stdexcept>
 
-#include "jobs/laboratory/functions/laboratory_call.h"
+#include "jobs/python/laboratory_call.h"
 #include "jobs/python/measures.h"
 
 namespace meander {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "jobs/inputs.h"
-#include "jobs/laboratory/functions/laboratory_call.h"
+#include "jobs/python/laboratory_call.h"
 #include "support/catch.h"
 #include "support/test_meshes.h"
 

@@ -4,7 +4,7 @@
 #include <numeric>
 #include <stdexcept>
 
-#include "jobs/laboratory/functions/laboratory_call.h"
+#include "jobs/laboratory/functions/laboratory_functions.h"
 #include "kernels/analyse/box_discrepancy.h"
 #include "kernels/analyse/distance_shares.h"
 #include "kernels/analyse/histogram_error.h"

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "jobs/laboratory/functions/laboratory_call.h"
+#include "jobs/laboratory/functions/laboratory_functions.h"
 #include "kernels/analyse/box_discrepancy.h"
 #include "kernels/analyse/differential_domain.h"
 #include "kernels/analyse/discrepancy_plane.h"

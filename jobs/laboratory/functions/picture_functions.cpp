@@ -2,7 +2,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "jobs/laboratory/functions/laboratory_call.h"
+#include "jobs/laboratory/functions/laboratory_functions.h"
 #include "kernels/render/sampled_surface.h"
 
 namespace meander {

@@ -4,7 +4,7 @@
 #include <numeric>
 #include <stdexcept>
 
-#include "jobs/laboratory/functions/laboratory_call.h"
+#include "jobs/laboratory/functions/laboratory_functions.h"
 #include "jobs/option_words.h"
 #include "jobs/surface_sources.h"
 #include "kernels/analyse/discrepancy_sphere.h"

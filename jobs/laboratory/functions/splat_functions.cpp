@@ -3,7 +3,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "jobs/laboratory/functions/laboratory_call.h"
+#include "jobs/laboratory/functions/laboratory_functions.h"
 #include "jobs/laboratory/painted_model.h"
 #include "jobs/laboratory/viewed_model.h"
 #include "kernels/render/shading.h"

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <stdexcept>
 
-#include "jobs/laboratory/functions/laboratory_call.h"
+#include "jobs/laboratory/functions/laboratory_functions.h"
 #include "kernels/analyse/box_discrepancy.h"
 #include "kernels/analyse/curve_chains.h"
 #include "kernels/analyse/discrepancy_rings.h"

@@ -5,7 +5,7 @@
 #include <map>
 #include <stdexcept>
 
-#include "jobs/laboratory/functions/laboratory_call.h"
+#include "jobs/laboratory/functions/laboratory_functions.h"
 #include "kernels/analyse/curve_chains.h"
 #include "kernels/analyse/discrepancy_anisotropic.h"
 #include "kernels/analyse/pair_density.h"

@@ -1,4 +1,4 @@
-// Functions of the laboratory over arrays, which Python calls by name (meander.laboratory).
+// Calls of functions of the laboratory over arrays, by their names: meander.laboratory in Python.
 #pragma once
 
 #include <cstdint>
@@ -77,21 +77,8 @@ struct LaboratoryResult {
   }
 };
 
-// The options run (a list of those of `meander run`), n, seed and leaves_per_sample.
-SampleParameters parameters_of(const LaboratoryArguments& given);
-// A mesh, or a model that was staged, with n samples by the same options but for n, seed, sequence and order.
-Model sampled_model(const LaboratoryArguments& given);
-
-struct LaboratoryFunction {
-  const char* name;
-  LaboratoryResult (*call)(const LaboratoryArguments&);
-};
-
-// By subject, one source file each.
-extern const std::span<const LaboratoryFunction> histogram_functions, measure_functions, model_functions,
-    picture_functions, plane_functions, splat_functions, surface_functions, tensor_functions;
-
-// Calls the function of that name. Throws std::invalid_argument where there is none, and what it throws.
+// Calls the function of that name. Throws std::invalid_argument where there is none, std::runtime_error in a
+// build without the laboratory, and what the function throws.
 LaboratoryResult call_laboratory(std::string_view name, const LaboratoryArguments& arguments);
 
 }  // namespace meander

@@ -1,4 +1,4 @@
-#include "jobs/laboratory/functions/laboratory_call.h"
+#include "jobs/python/laboratory_call.h"
 
 #include <fmt/format.h>
 
