@@ -28,6 +28,7 @@
 #include "jobs/working_process.h"
 #include "kernels/core/expression.h"
 #include "kernels/core/failure.h"
+#include "kernels/core/parallel.h"
 #include "kernels/surface/sample_surface.h"
 #include "kernels/surface/surface_row.h"
 
@@ -173,6 +174,7 @@ bool sample_rows(const SurfaceOptions& options, const StoreHeader& header, const
   const bool pictures = std::ranges::any_of(options.surfaces, [](const std::string& surface) {
     return surface_kind(surface) == SurfaceKind::height_field;
   });
+  require_task_memory();
   const auto threads = static_cast<std::uint64_t>(tbb::this_task_arena::max_concurrency());
   const std::uint64_t at_once =
       pictures ? 1 : std::clamp<std::uint64_t>(max_points_held / options.sample.samples, 1, threads);

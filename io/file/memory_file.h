@@ -6,7 +6,7 @@
 
 namespace meander {
 
-// What a child process reads from or writes to in place of a pipe, which could fill up. Read from its
+// A child process reads from it or writes to it in place of a pipe, which could fill up. Read from its
 // beginning; closed at the end, and in programs that this one starts but for where it was made a standard
 // stream of theirs.
 class MemoryFile {

@@ -27,7 +27,7 @@ struct GivenArray {
 // Throws std::invalid_argument, which names what is missing, of another type or of another shape.
 class LaboratoryArguments {
  public:
-  // options: a JSON object. Throws std::invalid_argument for any other text.
+  // options: a JSON object. Throws ItemError(unreadable) where it is no JSON (JsonTree).
   LaboratoryArguments(std::string_view options, std::vector<GivenArray> arrays,
                       std::shared_ptr<const Model> staged);
 

@@ -33,6 +33,7 @@ CancelToken token_of(const std::atomic<bool>* cancelled, std::optional<double> t
 // Calls work() in as many threads; all that there are for 0.
 template <class Work>
 void with_threads(int threads, const Work& work) {
+  require_task_memory();
   if (threads == 0) {
     work();
     return;
@@ -40,7 +41,6 @@ void with_threads(int threads, const Work& work) {
   std::optional<oneapi::tbb::global_control> more;
   if (threads > oneapi::tbb::info::default_concurrency())
     more.emplace(oneapi::tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(threads));
-  require_task_memory();
   oneapi::tbb::task_arena(threads).execute(work);
 }
 

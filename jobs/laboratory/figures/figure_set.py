@@ -160,7 +160,7 @@ class FigureSet:
             self.write(stem + suffix, data)
         self._image(stem + ".svg", caption)
 
-    def panels(self, stem, caption, images, columns=None, grey=False):
+    def panels(self, stem, caption, images, columns=None):
         """Pictures beside each other: images are (pixels, title, note) with pixels (h, w, 3) uint8."""
         if look.available():
             self.write(stem + ".png", look.panels(images, columns or len(images)))

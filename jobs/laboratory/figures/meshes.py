@@ -102,7 +102,7 @@ _WAYS = [("samples", []), ("fitted", ["--fit"]), ("fitted by curvature", ["--fit
 _SIZES = [("5 %", 0.05, 0), ("10 %", 0.1, 0), ("25 %", 0.25, 0), ("50 %", 0.5, 0), ("300 vertices", 0, 300)]
 
 
-def least_angles(model):
+def min_angles(model):
     """(T,) degrees."""
     corner = model.vertices[model.faces]
     angles = []
@@ -143,7 +143,7 @@ def draw_metro(figures):
                         made = remeshed(figures, model, n or max(4, round(share * len(model.faces) / 2)), options)
                     vertices = vertices or len(made.vertices)
                     d = distances(model, made, figures, samples=10000 if figures.quick else 0)
-                    angles = numpy.sort(least_angles(made))
+                    angles = numpy.sort(min_angles(made))
                     measures = [percent_of(d, key + way) for key in ("mean", "rms", "largest") for way in ("", "_back")]
                     rows.append([model.name, size, name, len(made.vertices), len(made.faces), *measures,
                                  angles[len(angles) // 2], angles[len(angles) // 100], int(d.crossings)])

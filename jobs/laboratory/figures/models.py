@@ -50,7 +50,7 @@ def subjects(figures, prefix):
     return [model for model in figures.models if model.name.lower().startswith(prefix)] or figures.models
 
 
-# Of models of the survey that do not look along z with y up: from them towards the eye, and up.
+# Some models of the survey do not look along z with y up: the direction from them towards the eye, and up.
 _VIEWS = {"maxplanck": ((-0.55, 0.42, -1), (0, 1, 0)), "igea_16k": ((1, 0.15, 0.25), (0, 1, 0)),
           "venus_100k": ((1, -0.35, 0.15), (0, 0, 1)), "eight_11k": ((0.55, -1, 0.42), (0, 0, 1))}
 

@@ -23,9 +23,9 @@ namespace meander {
 
 namespace {
 
-// Of a staged model: vertices (W, 3) of the prepared mesh in working units, their areas (W,), normals (T, 9)
-// of the corners of its triangles, split at creases; unit: the length of a working unit in the file;
-// segments, accepted_share, chart_ratio, overlap and flips of the charts of the method anisotropic.
+// Takes a staged model. Returns vertices (W, 3) of the prepared mesh in working units, their areas (W,),
+// normals (T, 9) of the corners of its triangles, split at creases; unit: the length of a working unit in the
+// file; segments, accepted_share, chart_ratio, overlap and flips of the charts of the method anisotropic.
 LaboratoryResult working_surface(const LaboratoryArguments& given) {
   const Model& model = given.staged();
   const PreparedMesh& mesh = model.surface;
@@ -45,9 +45,9 @@ LaboratoryResult working_surface(const LaboratoryArguments& given) {
   return result;
 }
 
-// Of a staged model and its normals (T, 9): the same model with the face attribute `lifted`, the area of the
-// lifted triangle over that of the flat one, as its density. Samples with --density face-attribute:lifted are
-// uniform on the lifted surface, but for O((edge x curvature)^2).
+// Takes a staged model and its normals (T, 9). Returns the same model with the face attribute `lifted`, the
+// area of the lifted triangle over that of the flat one, as its density. Samples with --density
+// face-attribute:lifted are uniform on the lifted surface, but for O((edge x curvature)^2).
 LaboratoryResult weighted_by_lifted_area(const LaboratoryArguments& given) {
   auto model = std::make_shared<Model>(given.staged());
   const PreparedMesh& mesh = model->surface;

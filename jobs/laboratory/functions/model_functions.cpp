@@ -1,6 +1,4 @@
 // Models staged once and sampled many times, and what the stages make of them.
-#include <fmt/format.h>
-
 #include <stdexcept>
 
 #include "jobs/laboratory/functions/laboratory_functions.h"
