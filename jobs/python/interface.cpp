@@ -16,7 +16,6 @@
 #include "jobs/python/array_mesh.h"
 #include "jobs/python/callable_surface.h"
 #include "jobs/python/laboratory_call.h"
-#include "jobs/python/measures.h"
 #include "jobs/python/row_text.h"
 #include "jobs/python/sample_options.h"
 #include "jobs/python/sampling_work.h"
@@ -259,15 +258,6 @@ int meander_row(meander_object* work, meander_object** row, std::uint64_t* index
   });
 }
 
-int meander_box_error(meander_object* mesh, const double* points, std::uint64_t count, std::uint32_t boxes,
-                      std::uint64_t seed, double* error) {
-  return done([&] {
-    const std::span<const double> triples(points, 3 * count);
-    require_finite(triples, "points");
-    *error = box_error(as<MeshObject>(mesh).mesh->mesh, triples, boxes, seed, {});
-  });
-}
-
 namespace {
 
 GivenArray given_array(const meander_array& array) {
@@ -290,13 +280,16 @@ GivenArray given_array(const meander_array& array) {
 }  // namespace
 
 meander_object* meander_laboratory(const char* function, const char* options, const meander_array* arrays,
-                                   std::uint64_t count, meander_object* staged) {
+                                   std::uint64_t count, meander_object* subject) {
   return made([&] {
     std::vector<GivenArray> given;
     for (std::uint64_t i = 0; i < count; ++i) given.push_back(given_array(arrays[i]));
-    std::shared_ptr<const Model> model;
-    if (staged != nullptr) model = as<LaboratoryObject>(staged).result.staged;
+    LaboratorySubject about;
+    if (const auto* const mesh = dynamic_cast<MeshObject*>(subject))
+      about.mesh = {mesh->mesh, &mesh->mesh->mesh};
+    else if (subject != nullptr)
+      about.staged = as<LaboratoryObject>(subject).result.staged;
     return std::make_unique<LaboratoryObject>(
-        call_laboratory(function, LaboratoryArguments(options, std::move(given), std::move(model))));
+        call_laboratory(function, LaboratoryArguments(options, std::move(given), std::move(about))));
   });
 }

@@ -91,10 +91,6 @@ int meander_wait(meander_object* work, int milliseconds);
 /* 1: one of the rows that are done, each given once, and the index of its mesh; 0: there is none. */
 int meander_row(meander_object* work, meander_object** row, uint64_t* index);
 
-/* The error of points (3 count finite coordinates) on a mesh over random boxes: see measures.h. */
-int meander_box_error(meander_object* mesh, const double* points, uint64_t count, uint32_t boxes,
-                      uint64_t seed, double* error);
-
 typedef struct {
   const char* name;
   const void* values; /* rows x columns */
@@ -102,11 +98,11 @@ typedef struct {
   uint64_t rows, columns;
 } meander_array;
 
-/* Calls a function of the laboratory: see jobs/laboratory/functions. options: a JSON object. staged: what an
- * earlier call returned, whose model the function works on, or NULL. meander_text of the object that is
- * returned has its numbers and arrays. */
+/* Calls a function of the laboratory: see jobs/laboratory/functions. options: a JSON object. subject: a
+ * mesh, what an earlier call returned, whose model the function works on, or NULL. meander_text of the object
+ * that is returned has its numbers and arrays. */
 meander_object* meander_laboratory(const char* function, const char* options, const meander_array* arrays,
-                                   uint64_t count, meander_object* staged);
+                                   uint64_t count, meander_object* subject);
 
 #ifdef __cplusplus
 }

@@ -23,8 +23,8 @@ Value given(std::string_view name, const std::optional<Value>& value, const char
 }  // namespace
 
 LaboratoryArguments::LaboratoryArguments(std::string_view options, std::vector<GivenArray> arrays,
-                                         std::shared_ptr<const Model> staged)
-    : options_(options), arrays_(std::move(arrays)), staged_(std::move(staged)) {}
+                                         LaboratorySubject subject)
+    : options_(options), arrays_(std::move(arrays)), subject_(std::move(subject)) {}
 
 bool LaboratoryArguments::has(std::string_view name) const {
   return options_.root().member(name) ||
@@ -109,6 +109,7 @@ std::vector<double> LaboratoryArguments::column(std::string_view name, std::uint
 }
 
 PolygonMesh LaboratoryArguments::mesh() const {
+  if (subject_.mesh) return *subject_.mesh;
   PolygonMesh mesh;
   mesh.x = column("vertices", 3, 0);
   mesh.y = column("vertices", 3, 1);
@@ -121,8 +122,8 @@ PolygonMesh LaboratoryArguments::mesh() const {
 }
 
 const Model& LaboratoryArguments::staged() const {
-  if (!staged_) throw std::invalid_argument("a model that was staged is needed");
-  return *staged_;
+  if (!subject_.staged) throw std::invalid_argument("a model that was staged is needed");
+  return *subject_.staged;
 }
 
 }  // namespace meander

@@ -23,13 +23,18 @@ struct GivenArray {
   std::uint64_t rows = 0, columns = 1;
 };
 
-// What a function is given: options by name, arrays by name, and a model that was staged before, or none.
+// What a function works on: a mesh, a model that was staged before, or neither.
+struct LaboratorySubject {
+  std::shared_ptr<const PolygonMesh> mesh;
+  std::shared_ptr<const Model> staged;
+};
+
+// What a function is given: options by name, arrays by name, and its subject.
 // Throws std::invalid_argument, which names what is missing, of another type or of another shape.
 class LaboratoryArguments {
  public:
   // options: a JSON object. Throws ItemError(unreadable) where it is no JSON (JsonTree).
-  LaboratoryArguments(std::string_view options, std::vector<GivenArray> arrays,
-                      std::shared_ptr<const Model> staged);
+  LaboratoryArguments(std::string_view options, std::vector<GivenArray> arrays, LaboratorySubject subject);
 
   bool has(std::string_view name) const;
   double real(std::string_view name) const;
@@ -46,7 +51,9 @@ class LaboratoryArguments {
   std::span<const std::uint8_t> bytes(std::string_view name, std::uint64_t columns = 1) const;
   // One column of an array of two, or of three: x of points.
   std::vector<double> column(std::string_view name, std::uint64_t columns, std::uint64_t number) const;
-  // The arrays `vertices` and `faces` (triangles).
+  // Whether there is a mesh, as the subject or as the arrays `vertices` and `faces` (triangles); and that
+  // mesh.
+  bool has_mesh() const { return subject_.mesh || has("vertices"); }
   PolygonMesh mesh() const;
   const Model& staged() const;
 
@@ -55,7 +62,7 @@ class LaboratoryArguments {
 
   JsonTree options_;
   std::vector<GivenArray> arrays_;
-  std::shared_ptr<const Model> staged_;
+  LaboratorySubject subject_;
 };
 
 // What a function returns: single numbers and arrays by name, and a model for later calls.

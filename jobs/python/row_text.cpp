@@ -24,20 +24,24 @@ constexpr const char* type_text<std::uint32_t> = "<u4";
 template <>
 constexpr const char* type_text<std::uint8_t> = "|u1";
 
-// n x columns (n where columns is 0) values; null for none.
+// n x columns (n where columns is 0) values.
 template <class Values>
-void add_array(JsonWriter& json, std::string_view name, Values& values, std::uint64_t columns) {
+void add_values(JsonWriter& json, std::string_view name, Values& values, std::uint64_t columns) {
   json.key(name);
-  if (values.empty()) {
-    json.null();
-    return;
-  }
   json.begin_array();
   json.value(std::uint64_t{reinterpret_cast<std::uintptr_t>(values.data())});
   json.value(type_text<typename Values::value_type>);
   json.value(std::uint64_t{values.size() / std::max<std::uint64_t>(columns, 1)});
   if (columns > 0) json.value(columns);
   json.end_array();
+}
+
+// The same; null for none.
+template <class Values>
+void add_array(JsonWriter& json, std::string_view name, Values& values, std::uint64_t columns) {
+  if (!values.empty()) return add_values(json, name, values, columns);
+  json.key(name);
+  json.null();
 }
 
 // As C writes it in hexadecimal: with every bit, and a number of this type to every reader.
@@ -140,7 +144,7 @@ std::string text_of(LaboratoryResult& result) {
   json.key("arrays");
   json.begin_object();
   for (LaboratoryResult::Array& array : result.arrays)
-    std::visit([&](auto& values) { add_array(json, array.name, values, array.columns); }, array.values);
+    std::visit([&](auto& values) { add_values(json, array.name, values, array.columns); }, array.values);
   json.end_object();
   json.end_object();
   return json.text();

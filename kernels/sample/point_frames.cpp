@@ -27,6 +27,16 @@ std::vector<double> working_points(const ItemReport& report, std::span<const flo
   return working;
 }
 
+std::vector<double> working_points(std::span<const double> file_points, const PreparedMesh& mesh) {
+  std::vector<double> working;
+  working.reserve(file_points.size());
+  for (std::size_t i = 0; i + 2 < file_points.size(); i += 3) {
+    const Vector3 p = to_working(mesh, {file_points[i], file_points[i + 1], file_points[i + 2]});
+    working.insert(working.end(), {p.x, p.y, p.z});
+  }
+  return working;
+}
+
 std::vector<float> stored_points(std::span<const double> working, const PreparedMesh& mesh,
                                  const OutputFrame& frame) {
   // The centre less loc first: where both are far from the origin, nothing of the points is lost.

@@ -35,6 +35,8 @@ inline Vector3 to_file(const PreparedMesh& mesh, Vector3 working) {
 // All points of a row in working units of the mesh they were sampled from, 3 N numbers. O(N).
 std::vector<double> working_points(const ItemReport& report, std::span<const float> points,
                                    const PreparedMesh& mesh);
+// The same of points in coordinates of the file, 3 N numbers.
+std::vector<double> working_points(std::span<const double> file_points, const PreparedMesh& mesh);
 
 // Stored coordinates of points in working units (3 N numbers), without negative zeros. O(N).
 std::vector<float> stored_points(std::span<const double> working, const PreparedMesh& mesh,

@@ -30,8 +30,8 @@ GivenArray reals(const char* name, const std::vector<double>& values, std::uint6
 
 LaboratoryResult call(const char* name, const std::string& options,
                       const std::vector<GivenArray>& arrays = {}, const LaboratoryResult* staged = nullptr) {
-  return call_laboratory(name,
-                         LaboratoryArguments(options, arrays, staged != nullptr ? staged->staged : nullptr));
+  return call_laboratory(
+      name, LaboratoryArguments(options, arrays, {{}, staged != nullptr ? staged->staged : nullptr}));
 }
 
 std::vector<GivenArray> mesh_of(const Arrays& mesh) {

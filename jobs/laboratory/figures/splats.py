@@ -12,20 +12,21 @@ COVERS = (4, 5, 6, 7, 8)
 CLOSED_SHARE = 1e-5  # of the surface: a pixel of a picture
 
 
-def splats(figures, model, run, n, cover, views=None, **options):
+def splats(figures, model, run, n, cover, views=None, staged=None, **options):
     """Pictures (K, size, size, 3), None where options say `measured`, and the share of the surface that each leaves open,
-    from the model's view or from those given."""
+    from the model's view or from those given. staged: the model with its charts, of another cover."""
     looks, size = view_of(figures, model), options.setdefault("size", figures.size)
     views = numpy.array([looks["view"]] if views is None else views)
     found = laboratory.splats(run=run, n=n, seed=figures.seed, views=views, up=looks["up"][None], cover=float(cover),
-                              **model.arrays, **options)
-    return None if found.images is None else found.images.reshape(-1, size, size, 3), found.white
+                              staged=staged, **({} if staged else model.arrays), **options)
+    return None if options.get("measured") else found.images.reshape(-1, size, size, 3), found.white
 
 
 def closed_splats(figures, model, run, n):
     """The picture with the smallest of COVERS that closes the surface, else with the largest; and it in words."""
+    staged = laboratory.stage(run=run, n=n, seed=figures.seed, **model.arrays)
     for cover in COVERS:
-        images, white = splats(figures, model, run, n, cover)
+        images, white = splats(figures, model, run, n, cover, staged=staged)
         if white[0] <= CLOSED_SHARE:
             return images[0], "cover %g" % cover
     return images[0], "cover %g, %.3f %% open" % (cover, 100 * white[0])
@@ -121,7 +122,6 @@ def draw_11(figures):
             run = dict(run=["--method", "auto"], seed=figures.seed, **model.arrays)
             views = lambda step, count: numpy.array([turned(towards, up, numpy.radians(step * k)) for k in range(count)])
             kept = laboratory.view_detail(n=some, views=towards[None], **run).kept
-            kept = numpy.array([] if kept is None else kept, int)  # none of a plane from its side
             samples = laboratory.samples(n=some, **run)
             marks = discs(samples.points[kept], samples.normals[kept],
                           2.6 * numpy.ptp(model.vertices, axis=0).max() / figures.size)

@@ -89,7 +89,7 @@ def soup(triangles):
 def curves_of(staged, run, n):
     """The curves of about n leaves, clipped to their charts."""
     curves = laboratory.segment_curves(staged=staged, run=run, n=n, leaves_per_sample=1.0)
-    if curves.points is None:
+    if len(curves.points) == 0:
         raise SamplingError("empty", "none of its charts has a curve")
     return curves
 
@@ -183,7 +183,7 @@ def draw_field(figures, model):
     for smoothing, stem in ((3, "figure12_%s_singularities"), (64, "figure12_%s_smooth_singularities")):
         run, stem = RUN + ["--tensor-smoothing", str(smoothing)], stem % model.name
         found = laboratory.field_singularities(**model.arrays, run=run)
-        places, turns = (numpy.zeros((0, 3)), []) if found.half_turns is None else (found.positions, found.half_turns)
+        places, turns = found.positions, found.half_turns
         colours = rgb(kinds[numpy.sign(turn)][1] for turn in turns)
         samples = laboratory.samples(**model.arrays, run=run, n=1200 if figures.quick else 5000, seed=figures.seed)
         half = 0.5 * samples.tensor_spacing.prod(axis=1, keepdims=True) ** 0.5 * samples.tensor_direction

@@ -138,16 +138,6 @@ LaboratoryResult nearest_of_points(const LaboratoryArguments& given) {
   return result;
 }
 
-// Points of the file, in working units.
-std::vector<double> working(const PreparedMesh& mesh, std::span<const double> points) {
-  std::vector<double> result;
-  for (std::size_t i = 0; i < points.size(); i += 3) {
-    const Vector3 p = to_working(mesh, {points[i], points[i + 1], points[i + 2]});
-    result.insert(result.end(), {p.x, p.y, p.z});
-  }
-  return result;
-}
-
 // The parts of an array of n things, one after the other, by their numbers of things (uint32).
 std::vector<std::pair<std::size_t, std::size_t>> parts_of(std::size_t n,
                                                           std::span<const std::uint32_t> sizes) {
@@ -243,16 +233,12 @@ LaboratoryResult geodesic_shares(const LaboratoryArguments& given) {
 // other point over that of the hexagonal lattice.
 LaboratoryResult measures_of_sets(const LaboratoryArguments& given) {
   const PreparedMesh& mesh = given.staged().surface;
-  BoxParameters parameters;
-  parameters.boxes = static_cast<std::uint32_t>(given.whole("boxes"));
-  parameters.seed = given.whole("seed");
-  const std::vector<RotatedBox> boxes = random_boxes(mesh.x, mesh.y, mesh.z, mesh.triangles, parameters);
-  if (boxes.empty()) throw ItemError(Status::zero_area, "hardly any box holds a share of the surface");
+  const std::vector<RotatedBox> boxes = boxes_on(mesh, given);
   const std::span<const double> points = given.reals("points", 3);
   std::vector<double> ratio, rho, mean_distance;
   BoxBias bias;
   for (const auto& [begin, size] : parts_of(points.size() / 3, given.numbers("sizes"))) {
-    const std::vector<double> set = working(mesh, points.subspan(3 * begin, 3 * size));
+    const std::vector<double> set = working_points(points.subspan(3 * begin, 3 * size), mesh);
     ratio.push_back(box_error_ratio(boxes, set));
     bias.add(box_errors(boxes, set));
     const Spacing spacing = spacing_of(nearest_distances(set), mesh.total_area);
@@ -272,7 +258,7 @@ LaboratoryResult measures_of_sets(const LaboratoryArguments& given) {
 LaboratoryResult kept_by_elimination(const LaboratoryArguments& given) {
   const PreparedMesh& mesh = given.staged().surface;
   LaboratoryResult result;
-  result.add("kept", eliminate_samples(working(mesh, given.reals("points", 3)),
+  result.add("kept", eliminate_samples(working_points(given.reals("points", 3), mesh),
                                        static_cast<std::uint32_t>(given.whole("n")), mesh.total_area));
   return result;
 }

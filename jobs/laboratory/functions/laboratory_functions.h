@@ -2,8 +2,11 @@
 #pragma once
 
 #include <span>
+#include <vector>
 
 #include "jobs/python/laboratory_call.h"
+#include "kernels/analyse/box_discrepancy.h"
+#include "kernels/mesh/prepared_mesh.h"
 #include "kernels/model/sample_parameters.h"
 
 namespace meander {
@@ -12,6 +15,9 @@ namespace meander {
 SampleParameters parameters_of(const LaboratoryArguments& given);
 // A mesh, or a model that was staged, with n samples by the same options but for n, seed, sequence and order.
 Model sampled_model(const LaboratoryArguments& given);
+
+// The options boxes and seed: random boxes on the surface. Throws ItemError(zero_area) where it has none.
+std::vector<RotatedBox> boxes_on(const PreparedMesh& surface, const LaboratoryArguments& given);
 
 struct LaboratoryFunction {
   const char* name;

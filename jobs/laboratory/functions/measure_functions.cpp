@@ -4,7 +4,7 @@
 #include <stdexcept>
 
 #include "jobs/laboratory/functions/laboratory_functions.h"
-#include "kernels/analyse/box_discrepancy.h"
+#include "jobs/python/array_mesh.h"
 #include "kernels/analyse/differential_domain.h"
 #include "kernels/analyse/discrepancy_plane.h"
 #include "kernels/analyse/discrepancy_star.h"
@@ -14,6 +14,17 @@
 #include "kernels/sample/point_frames.h"
 
 namespace meander {
+
+std::vector<RotatedBox> boxes_on(const PreparedMesh& surface, const LaboratoryArguments& given) {
+  BoxParameters parameters;
+  parameters.boxes = static_cast<std::uint32_t>(given.whole("boxes", parameters.boxes));
+  parameters.seed = given.whole("seed", parameters.seed);
+  std::vector<RotatedBox> boxes =
+      random_boxes(surface.x, surface.y, surface.z, surface.triangles, parameters);
+  if (boxes.empty())
+    throw ItemError(Status::zero_area, "hardly any box holds between 0.2 % and 60 % of the surface");
+  return boxes;
+}
 
 namespace {
 
@@ -63,30 +74,19 @@ LaboratoryResult square_discrepancy(const LaboratoryArguments& given) {
   return result;
 }
 
-// vertices (V, 3), faces (T, 3), points (sets x n, 3), sets, boxes, seed: by set the root mean square error
+// A mesh, points (sets x n, 3), sets, boxes, seed: by set the root mean square error
 // over random rotated boxes, the same for all, over that of random points: `ratios` (sets,).
 LaboratoryResult box_errors_on_mesh(const LaboratoryArguments& given) {
   const PreparedMesh surface = prepare_mesh(given.mesh());
-  BoxParameters parameters;
-  parameters.boxes = static_cast<std::uint32_t>(given.whole("boxes", 1000));
-  parameters.seed = given.whole("seed", 1);
-  const std::vector<RotatedBox> boxes =
-      random_boxes(surface.x, surface.y, surface.z, surface.triangles, parameters);
-  if (boxes.empty())
-    throw ItemError(Status::zero_area, "hardly any box holds between 0.2 % and 60 % of the surface");
+  const std::vector<RotatedBox> boxes = boxes_on(surface, given);
   const std::span<const double> points = given.reals("points", 3);
+  require_finite(points, "points");
   const std::size_t sets = given.whole("sets", 1), each = sets > 0 ? points.size() / 3 / sets : 0;
   if (each == 0 || 3 * each * sets != points.size())
     throw std::invalid_argument("points must be those of `sets` sets of equal size");
   std::vector<double> ratios;
-  for (std::size_t s = 0; s < sets; ++s) {
-    std::vector<double> working;
-    for (std::size_t i = 3 * each * s; i < 3 * each * (s + 1); i += 3) {
-      const Vector3 p = to_working(surface, {points[i], points[i + 1], points[i + 2]});
-      working.insert(working.end(), {p.x, p.y, p.z});
-    }
-    ratios.push_back(box_error_ratio(boxes, working));
-  }
+  for (std::size_t s = 0; s < sets; ++s)
+    ratios.push_back(box_error_ratio(boxes, working_points(points.subspan(3 * each * s, 3 * each), surface)));
   LaboratoryResult result;
   result.add("ratios", std::move(ratios));
   return result;

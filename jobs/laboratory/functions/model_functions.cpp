@@ -39,7 +39,7 @@ Model charted_model(const LaboratoryArguments& given, SampleParameters parameter
 
 Model sampled_model(const LaboratoryArguments& given) {
   const SampleParameters parameters = parameters_of(given);
-  Model model = given.has("vertices") ? charted_model(given, parameters) : given.staged();
+  Model model = given.has_mesh() ? charted_model(given, parameters) : given.staged();
   if (parameters.tensor.kind == TensorKind::table && !model.tensor_table)
     throw std::invalid_argument("the model was staged without tensors");
   model.key = make_random_key(parameters.seed, {});
@@ -79,7 +79,7 @@ LaboratoryResult samples(const LaboratoryArguments& given) {
   result.add("face", std::move(row.samples.face));
   result.add("triangle", std::move(row.samples.triangle));
   result.add("barycentric", std::move(row.samples.barycentric), 2);
-  result.add("density", std::move(row.samples.density));
+  if (!row.samples.density.empty()) result.add("density", std::move(row.samples.density));
   if (row.samples.tensor_direction.empty()) return result;
   for (float& spacing : row.samples.tensor_spacing) spacing *= static_cast<float>(row.report.scale);
   result.add("tensor_direction", std::move(row.samples.tensor_direction), 3);

@@ -120,7 +120,7 @@ LaboratoryResult splats(const LaboratoryArguments& given) {
     images.insert(images.end(), image.pixels.begin(), image.pixels.end());
   }
   LaboratoryResult result;
-  result.add("images", std::move(images));
+  if (!given.flag("measured")) result.add("images", std::move(images));
   result.add("white", std::move(white));
   return result;
 }

@@ -169,30 +169,22 @@ LaboratoryResult set_errors(const LaboratoryArguments& given) {
   const PreparedMesh& surface = given.staged().surface;
   const std::span<const double> points = given.reals("points", 3);
   const std::span<const std::uint32_t> triangle = given.numbers("triangle"), counts = given.numbers("counts");
-  BoxParameters parameters;
-  parameters.boxes = static_cast<std::uint32_t>(given.whole("boxes"));
-  parameters.seed = given.whole("seed", 1);
-  const std::vector<RotatedBox> boxes =
-      random_boxes(surface.x, surface.y, surface.z, surface.triangles, parameters);
-  if (boxes.empty()) throw ItemError(Status::zero_area, "hardly any box holds a share of the surface");
+  const std::vector<RotatedBox> boxes = boxes_on(surface, given);
   const VertexTriangles around =
       triangles_around_vertices(surface.triangles, static_cast<std::uint32_t>(surface.x.size()));
   const std::vector<std::uint32_t> seeds =
-      ring_seeds(surface.triangles, static_cast<std::uint32_t>(given.whole("rings")), parameters.seed);
+      ring_seeds(surface.triangles, static_cast<std::uint32_t>(given.whole("rings")), given.whole("seed", 1));
   std::vector<double> of_boxes, of_rings;
   std::size_t first = 0;
   for (const std::uint32_t count : counts) {
     if (count == 0 || first + count > triangle.size() || 3 * triangle.size() != points.size())
       throw std::invalid_argument("points, triangles and counts do not fit");
-    std::vector<double> working;
     std::vector<std::uint32_t> hits(surface.triangle_count(), 0);
-    for (std::size_t i = first; i < first + count; ++i) {
-      const Vector3 p = to_working(surface, {points[3 * i], points[3 * i + 1], points[3 * i + 2]});
-      working.insert(working.end(), {p.x, p.y, p.z});
-      ++hits.at(triangle[i]);
-    }
+    for (const std::uint32_t hit : triangle.subspan(first, count)) ++hits.at(hit);
     double sum = 0;
-    for (const double error : box_errors(boxes, working)) sum += error * error;
+    for (const double error :
+         box_errors(boxes, working_points(points.subspan(3 * first, 3 * count), surface)))
+      sum += error * error;
     of_boxes.push_back(std::sqrt(sum / static_cast<double>(boxes.size())));
     of_rings.push_back(ring_discrepancy(surface.triangles, around, surface.area, hits, seeds).discrepancy);
     first += count;

@@ -41,8 +41,7 @@ def _load(path):
             ("sample_many", _INT, _POINTER, _POINTER, _INT, _REAL),
             ("offer", _INT, _POINTER, _COUNT, _POINTER, _INT), ("close", _INT, _POINTER), ("wait", _INT, _POINTER, _INT),
             ("row", _INT, _POINTER, ctypes.POINTER(_POINTER), ctypes.POINTER(_COUNT)),
-            ("laboratory", _POINTER, _TEXT, _TEXT, ctypes.POINTER(_Given), _COUNT, _POINTER),
-            ("box_error", _INT, _POINTER, _POINTER, _COUNT, ctypes.c_uint32, _COUNT, ctypes.POINTER(_REAL))):
+            ("laboratory", _POINTER, _TEXT, _TEXT, ctypes.POINTER(_Given), _COUNT, _POINTER)):
         function = getattr(library, "meander_" + name)
         function.restype, function.argtypes = result, arguments
     return library
@@ -118,9 +117,9 @@ def _memory(address, owner):
 
 def _arrays(places, owner):
     """The arrays that the library says are there, by name."""
-    lowest = min((place[0] for place in places.values() if place), default=0)
+    lowest = min((place[0] for place in places.values() if place and place[2]), default=0)
     memory = _memory(lowest, owner)
-    return {name: place and numpy.ndarray(place[2:], place[1], memory, place[0] - lowest)
+    return {name: place and numpy.ndarray(place[2:], place[1], memory, place[0] - lowest if place[2] else 0)
             for name, place in places.items()}
 
 
@@ -436,9 +435,7 @@ def measure_boxes(points, mesh, boxes, seed):
     points = _reals(points, "points", 3)
     if len(points) == 0:
         raise ValueError("points is empty")
-    error = _REAL()
-    _checked(_library.meander_box_error(mesh, points.ctypes.data, len(points), boxes, seed, ctypes.byref(error)))
-    return error.value
+    return float(call_laboratory("box_errors", mesh, points=points, boxes=boxes, seed=seed).ratios[0])
 
 
 __version__ = _about()["version"]
@@ -461,8 +458,7 @@ class LaboratoryResult(_Object):
         self._own(pointer)
         members = _told(_library.meander_text(self))
         self.__dict__.update({name: float.fromhex(number) for name, number in members["numbers"].items()})
-        self.__dict__.update({name: None if array is None else array.copy()
-                              for name, array in _arrays(members["arrays"], self).items()})
+        self.__dict__.update({name: array.copy() for name, array in _arrays(members["arrays"], self).items()})
 
 
 def _given_array(name, values):
@@ -475,6 +471,7 @@ def _given_array(name, values):
 
 
 def call_laboratory(function, staged=None, **given):
+    """staged: what an earlier call returned, or a Mesh."""
     arrays = {name: _given_array(name, value) for name, value in given.items()
               if isinstance(value, numpy.ndarray)}
     options = {name: value for name, value in given.items() if name not in arrays and value is not None}
