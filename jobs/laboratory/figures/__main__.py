@@ -55,7 +55,7 @@ def main():
         parser.error("--only: there is no figure `%s`; there are %s" % (unknown[0], ", ".join(registry.names())))
     try:
         models = chosen_models(options.models)
-    except (OSError, ValueError, SamplingError) as error:
+    except (OSError, ValueError) as error:
         parser.error("--models: %s" % error)
     try:
         figures = FigureSet(options, models)

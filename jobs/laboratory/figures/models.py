@@ -3,7 +3,7 @@ import os
 
 import numpy
 
-from .. import read_mesh
+from .. import SamplingError, read_mesh
 
 PACKAGED = "/usr/share/glmark2/models/bunny.obj"
 
@@ -28,7 +28,10 @@ class Model:
 
 
 def read_model(path):
-    mesh = read_mesh(path)
+    try:
+        mesh = read_mesh(path)
+    except SamplingError as error:
+        raise ValueError("`%s`: %s" % (path, error)) from None
     faces = mesh.faces
     if faces is None or faces.shape[1] != 3:
         raise ValueError("`%s` has faces that are not triangles; figures need triangle meshes" % path)
