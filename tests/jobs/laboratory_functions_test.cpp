@@ -48,10 +48,10 @@ double number(const LaboratoryResult& result, const std::string& name) {
 }
 
 template <class Value>
-const std::vector<Value>& values(const LaboratoryResult& result, const std::string& name) {
+const std::vector<Value>& values(const LaboratoryResult& result, std::string_view name) {
   for (const LaboratoryResult::Array& array : result.arrays)
     if (array.name == name) return std::get<std::vector<Value>>(array.values);
-  throw std::logic_error("no array " + name);
+  throw std::logic_error("no array " + std::string(name));
 }
 
 }  // namespace
