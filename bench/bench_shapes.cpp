@@ -34,7 +34,7 @@ RandomKey bench_key() { return make_random_key(1, {}); }
 
 SampleParameters method_parameters(const char* method, std::uint32_t samples) {
   SampleParameters parameters = parameters_for(method);
-  set_samples(parameters, samples);
+  parameters.samples = samples;
   return parameters;
 }
 

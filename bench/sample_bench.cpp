@@ -42,10 +42,10 @@ void place(benchmark::State& state, const Order& order, const SampleParameters& 
   for ([[maybe_unused]] auto _ : state) {
     RepairCounts repairs;
     result = place_samples(model.file, model.surface, model.measure.density, order, bench_key(),
-                           parameters.place, frame, repairs);
+                           place_parameters(parameters), frame, repairs);
     benchmark::DoNotOptimize(result.points.data());
   }
-  count_items(state, "sample", parameters.place.samples);
+  count_items(state, "sample", parameters.samples);
   check_sum(state, shape_name(state.range(0)), result.points);
 }
 
@@ -66,9 +66,9 @@ void place_in_cells(benchmark::State& state) {
 void place_spaced(benchmark::State& state) {
   const Model& model = prepared_shape(state.range(0));
   SampleParameters parameters = method_parameters("auto", static_cast<std::uint32_t>(state.range(1)));
-  parameters.place.sequence = SequenceKind::spaced;
-  parameters.place.spacing = static_cast<SpacingKind>(state.range(2));
-  parameters.place.order = static_cast<OrderKind>(state.range(3));
+  parameters.sequence = SequenceKind::spaced;
+  parameters.spacing = static_cast<SpacingKind>(state.range(2));
+  parameters.order = static_cast<OrderKind>(state.range(3));
   place(state, build_cells(model.surface, model.measure, {}, {}, bench_key(), element_parameters(parameters)),
         parameters);
 }

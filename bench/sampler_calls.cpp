@@ -51,7 +51,7 @@ int main(int argc, char** argv) {
   const Arrays mesh = torus(number(1), number(2));
   const std::uint32_t calls = number(4);
   SampleParameters parameters;
-  set_samples(parameters, number(3));
+  parameters.samples = number(3);
   const Sampler sampler(parameters);
   double best = HUGE_VAL;
   oneapi::tbb::task_arena(1).execute([&] {

@@ -18,7 +18,7 @@ void encode(benchmark::State& state) {
   const SampleParameters parameters = method_parameters("direct", static_cast<std::uint32_t>(state.range(1)));
   run_stages(placing_stages(parameters, nullptr), model);
   StoreHeader header;
-  header.samples = parameters.place.samples;
+  header.samples = parameters.samples;
   header.compression = static_cast<Compression>(state.range(0));
   header.parameters_json = "{}";
   header.ids = {"sphere.off"};

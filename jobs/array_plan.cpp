@@ -82,7 +82,7 @@ double estimated_seconds(std::uint64_t bytes, const SampleParameters& parameters
   const double a_byte = parameters.method == MethodChoice::anisotropic ? 1e-7
                         : method_of(parameters).makes_charts           ? 4e-8
                                                                        : 1.2e-8;
-  return an_item + a_byte * static_cast<double>(bytes) + a_sample * parameters.place.samples;
+  return an_item + a_byte * static_cast<double>(bytes) + a_sample * parameters.samples;
 }
 
 std::vector<ArrayShard> cut_into_shards(std::span<const double> costs, std::size_t shards) {
@@ -253,9 +253,9 @@ RunOptions planned_options(const RunArray& array, const StoreHeader& header, con
   std::vector<char*> pointers;
   for (std::string& argument : arguments) pointers.push_back(argument.data());
   line.parse(static_cast<int>(pointers.size()), pointers.data());
-  texts.tensor.folder = array.folder;
+  texts.folder = array.folder;
   resolve_run_options(options.run, texts, laboratory);
-  choose_attribute_kinds(options.run, texts, &*header.columns, {});
+  choose_attribute_kinds(options.run, &*header.columns, {});
   options.run.sample.rows_only = !options.run.certify;
   if (options.run.parameters_json != header.parameters_json || header.method_version != store_method_version)
     throw RunError(

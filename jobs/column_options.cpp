@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <utility>
 
 namespace meander {
 
@@ -13,44 +12,6 @@ namespace {
 constexpr std::array<SampleColumn, sample_column_names.size()> all_sample_columns = {
     SampleColumn::normals, SampleColumn::face,       SampleColumn::corners, SampleColumn::barycentric,
     SampleColumn::uv,      SampleColumn::curve_rank, SampleColumn::density, SampleColumn::tensor};
-
-// The words behind the name and the width.
-constexpr std::array<std::pair<std::string_view, AttributeKind>, 2> kind_words = {
-    {{"class", AttributeKind::classes}, {"linear", AttributeKind::linear}}};
-
-// Takes what stands behind the last colon away; empty where there is none.
-std::string take_word(std::string& text) {
-  const std::size_t colon = text.rfind(':');
-  if (colon == std::string::npos) return {};
-  std::string word = text.substr(colon + 1);
-  text.erase(colon);
-  return word;
-}
-
-AttributeColumn parse_attribute(const std::string& text, std::vector<std::string>& problems) {
-  AttributeColumn column;
-  std::string rest = text;
-  bool has_width = rest.find(':') != std::string::npos;
-  std::string word = take_word(rest);
-  for (const auto& [known, kind] : kind_words) {
-    if (word != known || column.kind != AttributeKind::plain) continue;
-    column.kind = kind;
-    has_width = rest.find(':') != std::string::npos;
-    word = take_word(rest);
-  }
-  column.name = rest;
-  if (const std::string problem = attribute_name_problem(column.name); !problem.empty())
-    problems.push_back(fmt::format("--attribute: `{}` {}", text, problem));
-  if (!has_width) return column;
-  if (word.size() == 1 && word[0] >= '1' && word[0] <= '4')
-    column.width = static_cast<std::uint32_t>(word[0] - '0');
-  else
-    problems.push_back(fmt::format(
-        "--attribute: `{}` has `{}` behind its name, where a width of 1, 2, 3 or 4 may stand, and then "
-        "`class` or `linear`",
-        text, word));
-  return column;
-}
 
 // Columns that have options of their own.
 struct OwnOption {
@@ -78,29 +39,6 @@ void add_store_columns_option(Command command, RowKind rows, std::vector<std::st
       .separator(',')
       .one_at_a_time()
       .one_of(words);
-}
-
-std::vector<AttributeColumn> parse_attributes(const std::vector<std::string>& texts,
-                                              std::vector<std::string>& problems) {
-  std::vector<AttributeColumn> columns;
-  for (const std::string& text : texts) columns.push_back(parse_attribute(text, problems));
-  std::sort(columns.begin(), columns.end(),
-            [](const AttributeColumn& a, const AttributeColumn& b) { return a.name < b.name; });
-  for (std::size_t i = 1; i < columns.size(); ++i)
-    if (columns[i].name == columns[i - 1].name && (i < 2 || columns[i].name != columns[i - 2].name))
-      problems.push_back(fmt::format("--attribute: `{}` is named more than once", columns[i].name));
-  return columns;
-}
-
-std::string text_of(const std::vector<AttributeColumn>& attributes) {
-  std::string text;
-  for (const AttributeColumn& column : attributes) {
-    text += (text.empty() ? "" : ",") + column.name;
-    if (column.width > 1) text += fmt::format(":{}", column.width);
-    for (const auto& [word, kind] : kind_words)
-      if (column.kind == kind) text += fmt::format(":{}", word);
-  }
-  return text;
 }
 
 std::uint32_t parse_left_out(const std::vector<std::string>& words, const StoreColumns& columns,

@@ -1,4 +1,4 @@
-// The options that choose the columns of samples: --attribute, --texcoord and --store.
+// The option that chooses the columns of samples: --store.
 #pragma once
 
 #include <cstdint>
@@ -12,13 +12,6 @@ namespace meander {
 
 // Adds --store for rows of this kind.
 void add_store_columns_option(Command command, RowKind rows, std::vector<std::string>& stored);
-
-// NAME, NAME:WIDTH, and either with `:class` or `:linear` behind it, of each text; ascending by name. Adds to
-// `problems` what is wrong.
-std::vector<AttributeColumn> parse_attributes(const std::vector<std::string>& texts,
-                                              std::vector<std::string>& problems);
-// The same as one text: what --attribute takes, its commas included.
-std::string text_of(const std::vector<AttributeColumn>& attributes);
 
 // StoreColumns::left_out from the words of --store, none of which means all columns. Columns that have
 // options of their own (`rgb`, `texcoord`, `attributes`) are stored whenever they are asked for, and may be

@@ -13,9 +13,10 @@
 #include "jobs/array_plan.h"
 #include "jobs/command_line.h"
 #include "jobs/output_guard.h"
-#include "jobs/parameter_table.h"
+#include "jobs/settings.h"
 #include "jobs/store_items.h"
 #include "jobs/units.h"
+#include "kernels/model/sample_settings.h"
 #include "meander_version.h"
 
 namespace meander {
@@ -130,7 +131,9 @@ StoreHeader described_header(const StoreReader& store, const DescribeOptions& op
 void resolve_describe_options(DescribeOptions& options) {
   std::vector<std::string> problems;
   DescribeParameters& describe = options.describe;
-  describe.descriptors = parse_descriptors("--descriptors", options.descriptors, problems);
+  if (const std::string problem = take_descriptors(options.descriptors, describe.descriptors);
+      !problem.empty())
+    problems.push_back("--descriptors: " + problem);
   if (options.descriptors.empty())
     problems.push_back(fmt::format("describe needs --descriptors: one or more of {}, separated by commas",
                                    fmt::join(descriptor_names, ", ")));
@@ -143,7 +146,7 @@ void resolve_describe_options(DescribeOptions& options) {
   if (problems.empty() && !meshes && !options.inputs.empty())
     problems.push_back(
         fmt::format("no mesh is needed for {}: leave `{}` out", options.descriptors, options.inputs.front()));
-  if (problems.empty()) check_descriptor_shape(options.shape, describe, problems);
+  if (problems.empty()) options.settings.finish(problems);
   if (!options.shard.empty()) {
     try {
       options.rows = parse_shard(options.shard);
@@ -214,8 +217,7 @@ void add_describe_command(Command& program, DescribeOptions& options) {
       "--descriptors", options.descriptors,
       fmt::format("One or more of {}, separated by commas; required", fmt::join(descriptor_names, ",")));
   command.add_option("-o,--output", options.output, "Write to this store instead");
-  ParameterTable unused;  // the new header takes its parameters from those of the store
-  add_descriptor_shape_options(command, unused, options.shape, options.describe);
+  options.settings.add(command, describe_settings(), options.describe);
   command.add_option(
       "--shard", options.shard,
       "Describe part i of n of the rows, from 0/n, into the store of -o; `meander merge` puts the "

@@ -12,6 +12,7 @@
 #include "jobs/descriptor_choice.h"
 #include "jobs/input_options.h"
 #include "jobs/jobs.h"
+#include "jobs/settings.h"
 #include "kernels/describe/describe_samples.h"
 
 namespace meander {
@@ -25,9 +26,9 @@ struct DescribeOptions {
   std::uint64_t memory_bytes = 0;
   std::uint64_t model_bytes = 0;  // of memory_bytes
   double timeout_seconds = 0;
-  DescriptorShapeOptions shape;
-  std::string shard;  // i/n; empty: all rows
-  StoreShard rows;    // the same
+  SettingOptions settings;  // of `describe`
+  std::string shard;        // i/n; empty: all rows
+  StoreShard rows;          // the same
   bool replace = false, fresh = false, allow_oversize = false, json = false;
   StoreCheck check = StoreCheck::every_byte;
 };

@@ -110,7 +110,7 @@ void arrange_descriptors(const Describer& describer, const DescribeFailed& faile
 
 Describer make_describer(const StoreHeader& header, const DescribeParameters& describe) {
   SampleParameters parameters = parameters_for("direct");  // nothing is flattened here, no ray is cast
-  set_samples(parameters, header.samples);
+  parameters.samples = header.samples;
   parameters.describe = describe;
   const std::vector<std::string> problems = validate(parameters);
   if (!problems.empty()) throw UsageError(fmt::format("{}", fmt::join(problems, "\n")));

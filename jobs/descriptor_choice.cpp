@@ -6,74 +6,7 @@
 #include <charconv>
 #include <cmath>
 
-#include "kernels/core/spelling.h"
-
 namespace meander {
-
-std::vector<Descriptor> parse_descriptors(std::string_view option, std::string_view text,
-                                          std::vector<std::string>& problems) {
-  std::vector<Descriptor> chosen;
-  while (!text.empty()) {
-    const std::string_view name = text.substr(0, text.find(','));
-    text.remove_prefix(std::min(text.size(), name.size() + 1));
-    const auto at = std::find(descriptor_names.begin(), descriptor_names.end(), name);
-    if (at == descriptor_names.end()) {
-      const std::string near = nearest(name, descriptor_names);
-      problems.push_back(fmt::format("{}: no descriptor `{}` ({}){}", option, name,
-                                     fmt::join(descriptor_names, ", "),
-                                     near.empty() ? "" : ", did you mean `" + near + "`?"));
-      continue;
-    }
-    const auto descriptor = static_cast<Descriptor>(at - descriptor_names.begin());
-    if (std::find(chosen.begin(), chosen.end(), descriptor) == chosen.end()) chosen.push_back(descriptor);
-  }
-  return chosen;
-}
-
-std::string descriptors_with(bool (*has)(const DescriptorGroup&)) {
-  std::vector<std::string_view> names;
-  for (const DescriptorGroup& group : descriptor_groups)
-    if (has(group)) names.push_back(group.name);
-  if (names.size() < 2) return names.empty() ? "none" : std::string(names.front());
-  return fmt::format("{} and {}", fmt::join(names.begin(), names.end() - 1, ", "), names.back());
-}
-
-namespace {
-
-bool has_bins(const DescriptorGroup& group) { return group.has_bins; }
-bool takes_scale(const DescriptorGroup& group) { return group.takes_scale; }
-bool takes_sources(const DescriptorGroup& group) { return group.takes_sources; }
-
-}  // namespace
-
-void add_descriptor_shape_options(Command& command, ParameterTable& table, DescriptorShapeOptions& given,
-                                  DescribeParameters& describe) {
-  static constexpr Word<HistogramScale> scale_words[] = {{"mean", HistogramScale::mean},
-                                                         {"largest", HistogramScale::largest}};
-  table.add(command, "descriptor_bins", "--bins", describe.bins, "Bins of histograms, 8 to 1024")
-      .on_given([&given] { given.bins_given = true; });
-  table
-      .add(command, "descriptor_scale", "--descriptor-scale", describe.scale, scale_words,
-           fmt::format("Bins of {} up to 3 x the mean (Osada) or to the largest distance (the survey)",
-                       descriptors_with(takes_scale)))
-      .on_given([&given] { given.scale_given = true; });
-  table
-      .add(command, "geodesic_sources", "--geodesic-sources", describe.geodesic_sources,
-           "Samples that geodesic distances start from (0: all)")
-      .on_given([&given] { given.sources_given = true; });
-}
-
-void check_descriptor_shape(const DescriptorShapeOptions& given, const DescribeParameters& describe,
-                            std::vector<std::string>& problems) {
-  const auto check = [&](bool is_given, const char* option, bool (*shaped)(const DescriptorGroup&)) {
-    if (is_given && std::none_of(describe.descriptors.begin(), describe.descriptors.end(),
-                                 [&](Descriptor d) { return shaped(group_of(d)); }))
-      problems.push_back(fmt::format("{} applies to {} only", option, descriptors_with(shaped)));
-  };
-  check(given.bins_given, "--bins", has_bins);
-  check(given.scale_given, "--descriptor-scale", takes_scale);
-  check(given.sources_given, "--geodesic-sources", takes_sources);
-}
 
 namespace {
 

@@ -1,4 +1,4 @@
-// Descriptors by name, as `run --describe` and `describe` take them.
+// What stores have of descriptors.
 #pragma once
 
 #include <span>
@@ -7,28 +7,9 @@
 #include <vector>
 
 #include "io/store/store.h"
-#include "jobs/parameter_table.h"
 #include "kernels/describe/describe_samples.h"
 
 namespace meander {
-
-// "d2,geodesic,...": each once, in that order. Unknown names are added to the problems, with the option's
-// name and the nearest descriptor.
-std::vector<Descriptor> parse_descriptors(std::string_view option, std::string_view text,
-                                          std::vector<std::string>& problems);
-
-// The names of the descriptors for which `has` is true: "d2 and geodesic".
-std::string descriptors_with(bool (*has)(const DescriptorGroup&));
-
-// Which of the options --bins, --descriptor-scale and --geodesic-sources were given.
-struct DescriptorShapeOptions {
-  bool bins_given = false, scale_given = false, sources_given = false;
-};
-void add_descriptor_shape_options(Command& command, ParameterTable& table, DescriptorShapeOptions& given,
-                                  DescribeParameters& describe);
-// After the descriptors are known: a problem for every option given that applies to none of them.
-void check_descriptor_shape(const DescriptorShapeOptions& given, const DescribeParameters& describe,
-                            std::vector<std::string>& problems);
 
 // Names, widths and the attributes that explain the values, of the rows of the descriptors in their order.
 std::vector<DescriptorSchema> schemas_of(const DescribeParameters& parameters);

@@ -24,9 +24,9 @@ std::uint64_t memory_for_models(std::uint64_t budget, const StoreHeader& header,
         "--memory: {} MiB are less than meander itself needs beside a small model, with {} threads and {} "
         "samples a model; give at least {}M",
         budget / mebibyte, threads, header.samples, least(parameters) / mebibyte);
-    if (parameters.place.sequence == SequenceKind::spaced) {
+    if (parameters.sequence == SequenceKind::spaced) {
       SampleParameters other = parameters;
-      other.place.sequence = SequenceKind::shifted;
+      other.sequence = SequenceKind::shifted;
       message += fmt::format(", or {}M with --sequence shifted", least(other) / mebibyte);
     }
     throw UsageError(message);

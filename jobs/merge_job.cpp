@@ -42,7 +42,7 @@ RunOptions options_of(const std::string& path, const StoreReader& store, const M
   RunOptions options;
   options.store = path;
   options.json = merging.json;
-  options.sample.place.samples = store.samples();
+  options.sample.samples = store.samples();
   return options;
 }
 

@@ -21,6 +21,7 @@
 #include "jobs/plan_options.h"
 #include "jobs/run_header.h"
 #include "jobs/store_update.h"
+#include "jobs/tensor_files.h"
 #include "jobs/units.h"
 #include "kernels/core/parallel.h"
 
@@ -32,13 +33,8 @@ namespace fs = std::filesystem;
 
 class PlanJob {
  public:
-  PlanJob(PlanOptions& options, const RunOptionTexts& texts, std::vector<std::string> arguments,
-          const Laboratory* laboratory)
-      : options_(options),
-        run_(options.run),
-        texts_(texts),
-        arguments_(std::move(arguments)),
-        laboratory_(laboratory) {}
+  PlanJob(PlanOptions& options, std::vector<std::string> arguments, const Laboratory* laboratory)
+      : options_(options), run_(options.run), arguments_(std::move(arguments)), laboratory_(laboratory) {}
 
   int run() {
     const auto listed = std::chrono::system_clock::now() - std::chrono::seconds(2);
@@ -46,7 +42,7 @@ class PlanJob {
     print_unread(inputs.notes);
     plan_tensor_files(run_.sample.tensor, inputs.items);
     if (inputs.items.empty()) throw UsageError("no mesh file (" + mesh_extensions() + ") in the input");
-    choose_attribute_kinds(run_, texts_, nullptr, inputs.items);
+    choose_attribute_kinds(run_, nullptr, inputs.items);
     const StoreHeader header = run_header(run_, inputs, laboratory_);
     check_outputs(inputs);
     if (run_.fresh) discard_run(run_.store);
@@ -151,7 +147,6 @@ class PlanJob {
 
   PlanOptions& options_;
   RunOptions& run_;
-  const RunOptionTexts& texts_;
   const std::vector<std::string> arguments_;
   const Laboratory* laboratory_;
 };
@@ -194,7 +189,7 @@ JobFunction add_plan_job(Command& program, const Laboratory* laboratory, std::ve
     const int threads = options->run.threads;
     resolve_run_options(options->run, *texts, laboratory);
     options->run.threads = threads;  // of a task, not of this command
-    return PlanJob(*options, *texts, arguments, laboratory).run();
+    return PlanJob(*options, arguments, laboratory).run();
   };
 }
 

@@ -36,7 +36,7 @@
 #include "jobs/remesh_stages.h"
 #include "jobs/remesh_table.h"
 #include "jobs/run_header.h"
-#include "jobs/tensor_options.h"
+#include "jobs/tensor_files.h"
 #include "jobs/working_process.h"
 
 namespace meander {
@@ -301,7 +301,7 @@ class RemeshJob {
       const GraphParameters parameters = graph_parameters(run_);
       const std::uint64_t bytes = reserve_memory(
           items, run_.sample, run_.threads, run_.model_bytes, [this](const MeshEstimate& mesh) {
-            return remesh_bytes(mesh, run_.sample.place.samples, options_.mesh.fit, carried_);
+            return remesh_bytes(mesh, run_.sample.samples, options_.mesh.fit, carried_);
           });
       Progress progress(progress_style(run_.progress), items.size(), bytes, header_.samples);
       if (items.size() < inputs_.items.size())

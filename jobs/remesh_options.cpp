@@ -12,18 +12,26 @@ namespace {
 constexpr Word<MeshFormat> format_words[] = {
     {"ply", MeshFormat::ply}, {"off", MeshFormat::off}, {"obj", MeshFormat::obj}};
 
-void add_mesh_options(Command mesh, RemeshOptions& options) {
-  ParameterTable& table = options.texts.table;
-  RemeshParameters& parameters = options.mesh;
-  table.add(mesh, "format", "--format", options.format, format_words, "Of the files that are written");
-  table
-      .add(mesh, "crease_angle", "--crease-angle", parameters.lines.crease_angle,
-           "Edges with this angle or more between their triangles stay edges, 1 to 180 degrees; 180: none")
-      .range(1.0, 180.0);
-  table.add(mesh, "fit", "--fit", parameters.fit,
-            "Flip edges and move the samples along their normals, so that the mesh is nearer to the surface, "
-            "and onto "
-            "creases beside them");
+using RemeshSettings = SettingList<RemeshOptions>;
+
+const RemeshSettings& mesh_settings() {
+  static const RemeshSettings list = [] {
+    RemeshSettings made;
+    made.under("Mesh");
+    made.word(
+        "format", "--format", [](auto& options) -> auto& { return options.format; }, format_words,
+        "Of the files that are written");
+    made.number(
+        "crease_angle", "--crease-angle",
+        [](auto& options) -> auto& { return options.mesh.lines.crease_angle; }, 1, 180,
+        "Edges with this angle or more between their triangles stay edges, 1 to 180 degrees; 180: none");
+    made.flag(
+        "fit", "--fit", [](auto& options) -> auto& { return options.mesh.fit; },
+        "Flip edges and move the samples along their normals, so that the mesh is nearer to the surface, "
+        "and onto creases beside them");
+    return made;
+  }();
+  return list;
 }
 
 }  // namespace
@@ -38,11 +46,12 @@ void add_remesh_command(Command& program, RemeshOptions& options) {
   command.add_option("-o,--output", options.run.store, "The folder to write to, created if missing")
       .required();
   // Samples that keep their distance make better triangles.
-  options.run.sample.place.sequence = SequenceKind::spaced;
+  options.run.sample.sequence = SequenceKind::spaced;
   options.run.compression = Compression::none;
-  add_mesh_options(command.under("Mesh"), options);
-  add_value_options(command.under("Mesh"), options.run, options.texts, "Write", "at the vertices");
-  add_point_options(command.under("Points"), options.run, options.texts);
+  SettingOptions& settings = options.texts.settings;
+  settings.add(command, mesh_settings(), options);
+  settings.add(command, point_settings(), options.run.sample);
+  settings.add(command, value_settings(), options.run.sample);
   Command collection = command.under("Collection");
   add_list_options(collection, options.run.collect);
   Command running = command.under("Running");
@@ -53,7 +62,15 @@ void add_remesh_command(Command& program, RemeshOptions& options) {
 
 void resolve_remesh_options(RemeshOptions& options) {
   resolve_run_options(options.run, options.texts, nullptr);
-  if (options.run.sample.place.normalize != NormalizeKind::none)
+  std::vector<std::string> problems;
+  check_ranges(mesh_settings(), options, problems);
+  if (!problems.empty()) throw UsageError(problems.front());
+  RecordedSettings recorded;
+  record(mesh_settings(), options, recorded);
+  for (const SampleSettings* const list : {&point_settings(), &value_settings(), &chart_constants()})
+    record(*list, options.run.sample, recorded);
+  options.run.parameters_json = json_of(std::move(recorded));
+  if (options.run.sample.normalize != NormalizeKind::none)
     throw UsageError("--normalize: meshes have the coordinates of their files");
   if (reads_textures(options.run.sample.density.kind))
     throw UsageError("--density texture: remeshing places no samples by the images of models");

@@ -29,8 +29,8 @@ void check_memory(const GraphItem& item, const SampleParameters& parameters, boo
   const std::size_t corners = file.corners.size(), polygons = file.polygon_count();
   actual.triangles = corners > 2 * polygons ? corners - 2 * polygons : 0;
   const int threads = oneapi::tbb::this_task_arena::max_concurrency();
-  const std::uint64_t needed = estimate_bytes(actual, parameters, threads) +
-                               remesh_bytes(actual, parameters.place.samples, fit, carried);
+  const std::uint64_t needed =
+      estimate_bytes(actual, parameters, threads) + remesh_bytes(actual, parameters.samples, fit, carried);
   if (needed > item.reserved_bytes) throw NeedsMoreMemory(needed);
 }
 

@@ -7,11 +7,11 @@ namespace meander {
 
 StoreHeader run_header(const RunOptions& options, const Inputs& inputs, const Laboratory* laboratory) {
   StoreHeader header;
-  header.samples = options.sample.place.samples;
+  header.samples = options.sample.samples;
   header.columns = columns_of(options);
   header.compression = options.compression;
   header.seed = options.sample.seed;
-  header.order = options.sample.place.order == OrderKind::curve ? "curve" : "progressive";
+  header.order = options.sample.order == OrderKind::curve ? "curve" : "progressive";
   header.parameters_json = options.parameters_json;
   header.label_names = inputs.label_names;
   header.descriptors = schemas_of(options.sample.describe);

@@ -29,6 +29,7 @@
 #include "jobs/shard_run.h"
 #include "jobs/store_items.h"
 #include "jobs/store_update.h"
+#include "jobs/tensor_files.h"
 #include "pipeline/memory_estimate.h"
 
 namespace meander {
@@ -39,9 +40,8 @@ namespace {
 // the inputs and brought up to date.
 class RunJob {
  public:
-  RunJob(RunOptions& options, const RunOptionTexts& texts, const Laboratory* laboratory,
-         const StageHook& hook)
-      : options_(options), texts_(texts), laboratory_(laboratory), hook_(hook) {}
+  RunJob(RunOptions& options, const Laboratory* laboratory, const StageHook& hook)
+      : options_(options), laboratory_(laboratory), hook_(hook) {}
 
   int run() {
     const oneapi::tbb::global_control threads(oneapi::tbb::global_control::max_allowed_parallelism,
@@ -104,7 +104,7 @@ class RunJob {
       known = *unfinished->header.columns;
     else if (!options_.fresh && std::filesystem::exists(options_.store))
       known = StoreReader(options_.store, take_check()).columns();
-    choose_attribute_kinds(options_, texts_, known ? &*known : nullptr, inputs_.items);
+    choose_attribute_kinds(options_, known ? &*known : nullptr, inputs_.items);
   }
 
   // What is to be done with the store that is there, if any.
@@ -330,7 +330,6 @@ class RunJob {
   using TimePoint = std::chrono::system_clock::time_point;
 
   RunOptions& options_;
-  const RunOptionTexts& texts_;
   const Laboratory* laboratory_;
   const StageHook& hook_;
   // File systems keep coarser times than the system clock.
@@ -368,7 +367,7 @@ JobFunction add_run_job(Command& program, const Laboratory* laboratory, StageHoo
       if (options->certify) laboratory->add_certificate_stage(stages);
       if (hook) hook(stages);
     };
-    return RunJob(*options, *texts, laboratory, whole).run();
+    return RunJob(*options, laboratory, whole).run();
   };
 }
 

@@ -7,10 +7,8 @@
 #include <vector>
 
 #include "io/store/store.h"
-#include "jobs/descriptor_choice.h"
 #include "jobs/inputs.h"
-#include "jobs/parameter_table.h"
-#include "jobs/tensor_options.h"
+#include "jobs/settings.h"
 #include "kernels/model/sample_parameters.h"
 #include "pipeline/sampling_graph.h"
 
@@ -55,29 +53,19 @@ struct RunOptions {
 // The columns of the store of these options, once they are resolved.
 StoreColumns columns_of(const RunOptions& options);
 
+// All parameters that decide the rows, as a store records them.
+std::string recorded_parameters(const RunOptions& options);
+
 // What the command line gave and resolve turns into RunOptions.
 struct RunOptionTexts {
-  ParameterTable table;         // refers to the RunOptions and to these texts
-  ParameterTable tensor_table;  // recorded by anisotropic runs only
-  std::uint32_t samples = 2048;
-  std::string curve, density = "uniform", topology = "full", describe = "none";
+  SettingOptions settings;
   std::string memory = "4G", timeout = "120s";
   std::vector<std::string> retry;
-  std::vector<std::string> attributes, stored, strict;  // --attribute, --store, --strict
-  TensorOptionTexts tensor;
-  DescriptorShapeOptions descriptor_shape;
-  bool chooses_place = false;   // --place was given
-  bool shapes_density = false;  // --density-floor or --density-exponent was given
-  bool spacing_given = false;   // --spacing was given
+  std::vector<std::string> stored;  // --store
+  std::string folder;  // that a relative path of --tensor file:PATH begins in; empty: the working folder
 };
 
-// Options that other commands share. What samples are: their number, method, density, sequence and order.
-void add_point_options(Command points, RunOptions& options, RunOptionTexts& texts);
-// --colors, --attribute and --texcoord: what samples take over from the models. Their help begins with
-// `verb`, and `where` says of what.
-void add_value_options(Command command, RunOptions& options, RunOptionTexts& texts, const std::string& verb,
-                       const std::string& where);
-// Threads, memory, time and failures.
+// Options that other commands share. Threads, memory, time and failures.
 void add_budget_options(Command running, RunOptions& options, RunOptionTexts& texts);
 // --progress and --json.
 void add_progress_options(Command report, RunOptions& options);
@@ -104,8 +92,7 @@ Command add_run_command(Command& program, RunOptions& options, RunOptionTexts& t
 // Threads and memory alone, as resolve_run_options does it.
 void resolve_budget_options(RunOptions& options, const RunOptionTexts& texts);
 // Of attributes that were named without their kind: see choose_kinds.
-void choose_attribute_kinds(RunOptions& options, const RunOptionTexts& texts, const StoreColumns* known,
-                            std::span<const PlanItem> items);
+void choose_attribute_kinds(RunOptions& options, const StoreColumns* known, std::span<const PlanItem> items);
 // Throws UsageError with every problem at once; also when an option needs the laboratory and there is none.
 void resolve_run_options(RunOptions& options, const RunOptionTexts& texts, const Laboratory* laboratory);
 

@@ -94,7 +94,7 @@ std::string summary_json(const RunOutcome& outcome, const RunOptions& options) {
   json.begin_object();
   json.member("store", options.store);
   json.member("items", summary.rows);
-  json.member("samples", options.sample.place.samples);
+  json.member("samples", options.sample.samples);
   json.member("seconds", outcome.seconds);
   json.member("done_now", outcome.done_now);
   json.member("added", outcome.added);
@@ -319,7 +319,7 @@ void print_summary(const RunOutcome& outcome, const RunOptions& options) {
     fmt::print("{}\n", summary_json(outcome, options));
     return;
   }
-  fmt::print("{}: {} models x {} points\n", options.store, summary.rows, options.sample.place.samples);
+  fmt::print("{}: {} models x {} points\n", options.store, summary.rows, options.sample.samples);
   if (const std::string lacking = lacking_attribute(summary); !lacking.empty()) fmt::print("  {}\n", lacking);
   for (std::size_t s = 0; s < status_names.size(); ++s) {
     if (summary.by_status[s] == 0) continue;

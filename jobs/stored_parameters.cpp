@@ -3,22 +3,19 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <iterator>
 #include <map>
-#include <optional>
-#include <utility>
 
 #include "io/parameters_text.h"
 #include "jobs/command_line.h"
 #include "jobs/descriptor_choice.h"
 #include "jobs/run_options.h"
+#include "kernels/model/sample_settings.h"
 
 namespace meander {
 
 namespace {
 
 using Members = std::map<std::string, std::string>;
-using Arguments = std::vector<std::string>;
 
 // What does not change the samples of a row.
 constexpr std::string_view not_of_samples[] = {
@@ -31,65 +28,27 @@ Members of_samples(const std::string& parameters_json) {
   return members;
 }
 
-// The options of `run` as a command line of these arguments sets them.
-class RepeatedRun {
- public:
-  explicit RepeatedRun(const Arguments& arguments) : line_("meander", "", "", "") {
-    add_run_command(program_, options_, texts_, shard_);
-    Arguments all = {"meander", "run", "INPUT", "-o", "STORE"};
-    all.insert(all.end(), arguments.begin(), arguments.end());
-    std::vector<char*> pointers;
-    for (std::string& argument : all) pointers.push_back(argument.data());
-    line_.parse(static_cast<int>(pointers.size()), pointers.data());
-    resolve_run_options(options_, texts_, nullptr);
-  }
-  const RunOptions& options() const { return options_; }
-  Members parameters() const { return of_samples(options_.parameters_json); }
-  Arguments arguments(const Members& members) const {
-    ParameterTable all = texts_.table;
-    all.append(texts_.tensor_table);
-    return all.arguments(members);
-  }
-
- private:
-  CommandLine line_;
-  Command program_ = line_.program();
-  RunOptions options_;
-  RunOptionTexts texts_;
-  ShardOptions shard_;
-};
-
 SampleParameters sample_parameters(const std::string& path, const std::string& parameters_json) {
   const Members stored = of_samples(parameters_json);
   const auto refuse = [&](const std::string& why) {
     return UsageError(
         fmt::format("`{}` was made with parameters that cannot be repeated here: {}", path, why));
   };
-  try {
-    // Defaults depend on other options: what still differs is given in the next round.
-    std::optional<RepeatedRun> repeated;
-    repeated.emplace(Arguments{});
-    Members given;
-    for (Members made = repeated->parameters(); made != stored; made = repeated->parameters()) {
-      const std::size_t before = given.size();
-      std::set_difference(stored.begin(), stored.end(), made.begin(), made.end(),
-                          std::inserter(given, given.end()));
-      if (given.size() == before)
-        throw refuse(parameter_differences(join_members(stored), join_members(made)));
-      const Arguments arguments = repeated->arguments(given);
-      try {
-        repeated.emplace(arguments);
-      } catch (const UsageError& error) {  // of the options, which nobody gave
-        throw refuse(error.what());
-      }
-    }
-    const SampleParameters& sample = repeated->options().sample;
-    if (method_of(sample).follows_tensor && sample.tensor.kind == TensorKind::table)
-      throw refuse("the tensors of `--tensor file:` belong to its own models");
-    return sample;
-  } catch (const RunError& error) {
-    throw refuse(error.what());
-  }
+  RunOptions options;
+  SampleParameters& sample = options.sample;
+  GivenSettings given;
+  for (const SampleSettings* const list : {&point_settings(), &collection_settings()})
+    if (const std::string problem = take_recorded(*list, stored, sample, given); !problem.empty())
+      throw refuse(problem);
+  settle(sample, given);
+  sample.colors = reads_textures(sample.density.kind);
+  if (const std::vector<std::string> problems = validate(sample); !problems.empty())
+    throw refuse(fmt::format("{}", fmt::join(problems, "; ")));
+  if (const Members made = of_samples(recorded_parameters(options)); made != stored)
+    throw refuse(parameter_differences(join_members(stored), join_members(made)));
+  if (method_of(sample).follows_tensor && sample.tensor.kind == TensorKind::table)
+    throw refuse("the tensors of `--tensor file:` belong to its own models");
+  return sample;
 }
 
 // A parameter of a descriptor: one value for all, or an object by descriptor.
@@ -133,8 +92,20 @@ DescribeParameters describe_parameters(const std::string& path, const std::strin
 
 }  // namespace
 
-SampleParameters parameters_of_run(const std::vector<std::string>& options) {
-  return RepeatedRun(options).options().sample;
+SampleParameters parameters_of_run(const std::vector<std::string>& words) {
+  CommandLine line("meander", "", "", "");
+  Command program = line.program();
+  RunOptions options;
+  RunOptionTexts texts;
+  ShardOptions shard;
+  add_run_command(program, options, texts, shard);
+  std::vector<std::string> all = {"meander", "run", "INPUT", "-o", "STORE"};
+  all.insert(all.end(), words.begin(), words.end());
+  std::vector<char*> pointers;
+  for (std::string& word : all) pointers.push_back(word.data());
+  line.parse(static_cast<int>(pointers.size()), pointers.data());
+  resolve_run_options(options, texts, nullptr);
+  return options.sample;
 }
 
 StoredParameters stored_parameters(const StoreReader& store, const std::string& path,

@@ -11,15 +11,15 @@
 namespace meander {
 
 // What `meander run` does with these options ("--method", "conformal", ...). Throws UsageError.
-SampleParameters parameters_of_run(const std::vector<std::string>& options);
+SampleParameters parameters_of_run(const std::vector<std::string>& words);
 
 struct StoredParameters {
   SampleParameters sample;                   // without descriptors
   std::vector<DescribeParameters> describe;  // one descriptor each, in the order of what is wanted
 };
 
-// Of a store of meshes and some of its descriptors: the options that `run` was given, found in the parameters
-// that the store records, and checked by recording them again. Throws UsageError, naming `path`, where this
+// Of a store of meshes and some of its descriptors: the settings that the store records, checked by recording
+// them again. Throws UsageError, naming `path`, where this
 // program cannot repeat them (a store of parametric surfaces, of tensors from a file, of another version
 // whose parameters differ) or does not know a descriptor.
 StoredParameters stored_parameters(const StoreReader& store, const std::string& path,

@@ -22,8 +22,7 @@
 #include "jobs/jobs.h"
 #include "jobs/option_words.h"
 #include "jobs/output_guard.h"
-#include "jobs/parameter_table.h"
-#include "jobs/sequence_options.h"
+#include "jobs/settings.h"
 #include "jobs/surface_sources.h"
 #include "jobs/working_process.h"
 #include "kernels/core/expression.h"
@@ -43,27 +42,63 @@ struct SurfaceOptions {
   std::vector<std::string> surfaces;
   std::string store;
   SurfaceSampleParameters sample;
-  std::string density = "uniform";
   Compression compression = Compression::standard;
   std::vector<std::string> stored;  // --store
   StoreColumns columns = {.rows = RowKind::surfaces};
-  ParameterTable table;  // refers to the members above and below
   HeightFieldOptions height_field;
+  SettingOptions settings;  // refers to the members above
   bool fresh = false, json = false;
-  bool spacing_given = false;
 };
 
+using StoreSettings = SettingList<SurfaceOptions>;
+
+bool has_height_fields(const SurfaceOptions& options) {
+  return std::any_of(options.surfaces.begin(), options.surfaces.end(), [](const std::string& surface) {
+    return surface_kind(surface) == SurfaceKind::height_field;
+  });
+}
+constexpr const char* of_height_fields = "applies to height fields, and no surface is a .png file";
+
+// Of the store, and of height fields.
+const StoreSettings& store_settings() {
+  static const StoreSettings list = [] {
+    StoreSettings made;
+    made.number(
+            "height_scale", "--height-scale", [](auto& o) -> auto& { return o.height_field.scale; }, 0, 0,
+            "Height of white in a PNG height field")
+        .acting(has_height_fields, of_height_fields);
+    made.number(
+            "height_extent_x", "--height-width", [](auto& o) -> auto& { return o.height_field.extent_x; }, 0,
+            0, "Extent of a height field in x, > 0")
+        .acting(has_height_fields, of_height_fields);
+    made.number(
+            "height_extent_y", "--height-depth", [](auto& o) -> auto& { return o.height_field.extent_y; }, 0,
+            0, "Extent of a height field in y, > 0")
+        .acting(has_height_fields, of_height_fields);
+    made.word(
+        "compress", "--compress", [](auto& o) -> auto& { return o.compression; }, compression_words,
+        "shuffle + deflate + checksum, or checksum only");
+    // The option is one of columns: see add_store_columns_option.
+    made.constant("store", [](const SurfaceOptions& o) { return stored_words(o.columns); })
+        .only_recorded([](const SurfaceOptions& o) { return o.columns.left_out != 0; });
+    return made;
+  }();
+  return list;
+}
+
 void resolve(SurfaceOptions& options) {
-  SurfaceSampleParameters& sample = options.sample;
-  try {
-    set_surface_density(options.density, sample.density);
-  } catch (const UsageError& error) {
-    throw UsageError(std::string("--density: ") + error.what());
-  }
-  std::vector<std::string> problems = validate(sample);
-  check_spacing_option(sample.sequence, options.spacing_given, problems);
+  std::vector<std::string> problems;
+  options.settings.finish(problems);
+  if (problems.empty()) problems = validate(options.sample);
   options.columns.left_out = parse_left_out(options.stored, options.columns, problems);
   if (!problems.empty()) throw UsageError(fmt::format("{}", fmt::join(problems, "\n")));
+}
+
+std::string recorded_parameters(const SurfaceOptions& options) {
+  RecordedSettings recorded;
+  record(surface_settings(), options.sample, recorded);
+  record(store_settings(), options, recorded);
+  return json_of(std::move(recorded));
 }
 
 struct SurfaceRun {
@@ -218,7 +253,7 @@ int sample_surfaces(SurfaceOptions& options) {
   header.compression = options.compression;
   header.seed = options.sample.seed;
   header.order = text_of(order_words, options.sample.order);
-  header.parameters_json = options.table.json();
+  header.parameters_json = recorded_parameters(options);
   options.surfaces.clear();
   for (auto& [id, surface] : by_id) {
     header.ids.push_back(id);
@@ -255,45 +290,7 @@ int sample_surfaces(SurfaceOptions& options) {
   return failed ? exit_some_failed : exit_done;
 }
 
-void add_sampling_options(Command& command, SurfaceOptions& options) {
-  ParameterTable& table = options.table;
-  SurfaceSampleParameters& sample = options.sample;
-  std::string presets;
-  for (const ExpressionPreset& preset : expression_presets())
-    presets += (presets.empty() ? "" : ", ") + std::string(preset.name);
-  table.add(command, "samples", "-n,--samples", sample.samples, "Points per surface, 1 to 2^31");
-  table.add(
-      command, "density", "--density", options.density,
-      "uniform, mean|gaussian|max curvature, or an expression in u, v, x, y, z (presets: " + presets + ")");
-  table.add(command, "density_floor", "--density-floor", sample.density.floor,
-            "Density of flat parts for curvatures, 1e-6 to 1");
-  table.add(command, "density_exponent", "--density-exponent", sample.density.exponent,
-            "Exponent of curvatures, 0.25 to 4");
-  table.add(command, "curve", "--curve", sample.curve, curve_words, "The space-filling curve");
-  table.add(command, "sequence", "--sequence", sample.sequence, sequence_words, sequence_help);
-  add_spacing_option(command, sample.spacing, options.spacing_given);
-  table.add(command, "order", "--order", sample.order, order_words,
-            "Order of the points: every prefix well spread, or along the curve");
-  table.add(command, "place", "--place", sample.place, place_words,
-            "Inside a curve element, or the survey's curve vertices");
-  table.add(command, "seed", "--seed", sample.seed, "Seed, 0 to 2^64 - 1").whole_number();
-  table.add(command, "tolerance", "--tolerance", sample.tolerance,
-            "Relative error of the measures, 1e-8 to 0.1");
-  table.add(command, "leaves_per_sample", "--leaves-per-sample", sample.leaves_per_sample,
-            "Curve leaves per sample, 1 to 1024 (0: 4, or 64 for --place vertex)");
-  table.add(command, "max_depth", "--max-depth", sample.max_depth, "Of the curve's tree, 5 to 31");
-  table.add(command, "reparameterise", "--reparameterise", sample.reparameterise,
-            "Lay the curve over the square warped by area x density, for extreme stretch");
-  table.compute(
-      "spacing", "--spacing", [&sample] { return text_of(spacing_words, sample.spacing); },
-      [&sample] { return sample.sequence == SequenceKind::spaced; });
-  table.constant("density_quantile", sample.density.quantile);
-  table.constant("jitter", sample.jitter);
-  table.constant("min_depth", sample.min_depth);
-}
-
 void add_surface_options(Command& command, SurfaceOptions& options) {
-  ParameterTable& table = options.table;
   std::string names;
   for (const std::string_view name : surface_names())
     names += (names.empty() ? "" : ", ") + std::string(name);
@@ -305,19 +302,9 @@ void add_surface_options(Command& command, SurfaceOptions& options) {
               "net as text), FILE.png (height field)")
       .required();
   command.add_option("-o,--output", options.store, "The store to write (HDF5)").required();
-  add_sampling_options(command, options);
-  table.add(command, "height_scale", "--height-scale", options.height_field.scale,
-            "Height of white in a PNG height field");
-  table.add(command, "height_extent_x", "--height-width", options.height_field.extent_x,
-            "Extent of a height field in x, > 0");
-  table.add(command, "height_extent_y", "--height-depth", options.height_field.extent_y,
-            "Extent of a height field in y, > 0");
-  table.add(command, "compress", "--compress", options.compression, compression_words,
-            "shuffle + deflate + checksum, or checksum only");
+  options.settings.add(command, surface_settings(), options.sample);
+  options.settings.add(command, store_settings(), options);
   add_store_columns_option(command, RowKind::surfaces, options.stored);
-  table.compute(
-      "store", "--store", [&options] { return stored_words(options.columns); },
-      [&options] { return options.columns.left_out != 0; });
   command.add_flag("--fresh", options.fresh, "Replace the store if it exists");
   command.add_flag("--json", options.json, "The summary as JSON");
 }
@@ -329,21 +316,7 @@ JobFunction add_surface_job(Command& program) {
       program.add_subcommand("surface", "Sample parametric surfaces into one store (/uv instead of /face)");
   auto options = std::make_shared<SurfaceOptions>();
   add_surface_options(command, *options);
-  return [options, command] {
-    const bool pictures = std::any_of(
-        options->surfaces.begin(), options->surfaces.end(),
-        [](const std::string& surface) { return surface_kind(surface) == SurfaceKind::height_field; });
-    for (const char* name : {"--height-scale", "--height-width", "--height-depth"})
-      if (!pictures && command.given(name))
-        throw UsageError(std::string(name) + " applies to height fields, and no surface is a .png file");
-    const bool curvature =
-        options->density == "mean" || options->density == "gaussian" || options->density == "max";
-    for (const char* name : {"--density-floor", "--density-exponent"})
-      if (!curvature && command.given(name))
-        throw UsageError(std::string(name) +
-                         " applies to curvature densities: --density mean, gaussian or max");
-    return sample_surfaces(*options);
-  };
+  return [options] { return sample_surfaces(*options); };
 }
 
 }  // namespace meander

@@ -22,15 +22,6 @@ namespace meander {
 
 namespace fs = std::filesystem;
 
-namespace {
-
-constexpr Word<SurfaceDensityKind> surface_density_words[] = {{"uniform", SurfaceDensityKind::uniform},
-                                                              {"mean", SurfaceDensityKind::mean},
-                                                              {"gaussian", SurfaceDensityKind::gaussian},
-                                                              {"max", SurfaceDensityKind::max}};
-
-}  // namespace
-
 SurfaceKind surface_kind(const std::string& argument) {
   std::string extension = fs::path(argument).extension().string();
   std::transform(extension.begin(), extension.end(), extension.begin(),
@@ -95,19 +86,6 @@ std::string surface_id(const std::string& argument) {
   std::string id;
   for (const char c : surface->name()) id += c == '/' ? std::string("%2F") : std::string(1, c);
   return id;
-}
-
-void set_surface_density(const std::string& text, SurfaceDensity& density) {
-  density.kind = SurfaceDensityKind::expression;
-  for (const auto& word : surface_density_words)
-    if (text == word.text) density.kind = word.value;
-  if (density.kind != SurfaceDensityKind::expression) return;
-  density.expression = text;
-  // A single word is a name, and `maen` is not short for `tan`.
-  const bool one_word =
-      std::all_of(text.begin(), text.end(), [](unsigned char c) { return std::isalpha(c) != 0; });
-  const std::string near = one_word && text.size() > 2 ? nearest(text, all_words(surface_density_words)) : "";
-  if (!near.empty()) throw UsageError("no density `" + text + "`, did you mean `" + near + "`?");
 }
 
 }  // namespace meander

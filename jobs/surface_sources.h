@@ -1,4 +1,4 @@
-// Parametric surfaces and their densities as they are named on the command line.
+// Parametric surfaces as they are named on the command line.
 #pragma once
 
 #include <array>
@@ -34,9 +34,5 @@ SurfaceSource open_surface(const std::string& argument, const HeightFieldOptions
 
 // The id of its row: the name, the file's own name, or the formulas without blanks, %2F for a slash.
 std::string surface_id(const std::string& argument);
-
-// Sets kind and expression from the words uniform, mean, gaussian and max, or any expression. Throws
-// UsageError for a single word that is nearly one of these.
-void set_surface_density(const std::string& text, SurfaceDensity& density);
 
 }  // namespace meander

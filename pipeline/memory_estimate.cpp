@@ -92,7 +92,7 @@ constexpr std::uint64_t allocator_share =
 
 // Heat geodesics and their histogram, without the mesh.
 double geodesic_bytes(double triangles, double unknowns, const SampleParameters& parameters, int threads) {
-  const double samples = parameters.place.samples;
+  const double samples = parameters.samples;
   const double sources = parameters.describe.geodesic_sources == 0
                              ? samples
                              : std::min<double>(samples, parameters.describe.geodesic_sources);
@@ -121,14 +121,14 @@ double shape_dna_bytes(double triangles) {
 
 // Of one sample, while it is placed.
 double placed_bytes(const SampleParameters& parameters) {
-  const SequenceKind sequence = parameters.place.sequence;
+  const SequenceKind sequence = parameters.sequence;
   if (leaves_sites(parameters))
     return (sequence == SequenceKind::owen || sequence == SequenceKind::random ? bytes_per_sorted_site
                                                                                : bytes_per_site) +
-           (parameters.place.place == PlaceKind::vertex ? bytes_per_vertex_mass : 0.0);
+           (parameters.place == PlaceKind::vertex ? bytes_per_vertex_mass : 0.0);
   if (places_in_regions(parameters)) return bytes_per_region_sample;
-  if (parameters.place.sequence != SequenceKind::spaced) return bytes_per_sample;
-  const double places = spacing_parameters(parameters.place.spacing).candidates;
+  if (parameters.sequence != SequenceKind::spaced) return bytes_per_sample;
+  const double places = spacing_parameters(parameters.spacing).candidates;
   return bytes_per_sample + bytes_per_spaced_sample + neighbours * bytes_per_neighbour +
          places * bytes_per_place + (method_of(parameters).follows_tensor ? bytes_per_metric : 0.0);
 }
@@ -138,7 +138,7 @@ double placed_bytes(const SampleParameters& parameters) {
 std::uint64_t estimate_bytes(const MeshEstimate& mesh, const SampleParameters& parameters, int threads) {
   const SamplingMethod& method = method_of(parameters);
   const auto triangles = static_cast<double>(mesh.triangles), vertices = static_cast<double>(mesh.vertices);
-  const auto samples = static_cast<double>(parameters.place.samples);
+  const auto samples = static_cast<double>(parameters.samples);
   const std::vector<Descriptor>& descriptors = parameters.describe.descriptors;
   double file = static_cast<double>(mesh.file_bytes + mesh.packed_bytes + mesh.decoding_bytes) +
                 vertices * bytes_per_file_vertex + triangles * bytes_per_file_triangle;
@@ -160,8 +160,7 @@ std::uint64_t estimate_bytes(const MeshEstimate& mesh, const SampleParameters& p
   // Elements weigh half the limit at least, but for needles in a metric.
   const double spread = method.follows_tensor ? 4 : 2;
   double per_sample = elements_per_sample(parameters);
-  if (method.makes_charts)
-    per_sample = std::max(per_sample, coarse_elements_per_sample(parameters.place.samples));
+  if (method.makes_charts) per_sample = std::max(per_sample, coarse_elements_per_sample(parameters.samples));
   const bool is_split = order_of(parameters) == ElementOrder::balanced &&
                         splits_pieces(element_parameters(parameters), !method.makes_charts,
                                       parameters.density.kind == DensityKind::uniform);

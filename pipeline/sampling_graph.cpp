@@ -306,7 +306,7 @@ class SamplingGraph {
     const Model& model = item.model;
     item.encoded = encode_row_in_blocks(
         header_, item.plan->row, model.row.report,
-        [&model, &place = parameters_.sample.place](std::uint64_t begin, std::uint64_t end) {
+        [&model, place = place_parameters(parameters_.sample)](std::uint64_t begin, std::uint64_t end) {
           model.cancel.check();
           return samples_at(model, place, begin, end);
         });
@@ -532,8 +532,9 @@ void run_item_alone(const PlanItem& plan, const GraphParameters& parameters, con
   if (!is_open(item) || item.model.sites.count() == 0) return;
   entered("write_row");
   constexpr std::size_t at_once = 65536;
+  const PlaceParameters place = place_parameters(parameters.sample);
   for (std::size_t begin = 0; begin < item.model.sites.count(); begin += at_once)
-    samples_at(item.model, parameters.sample.place, begin,
+    samples_at(item.model, place, begin,
                std::min(begin + at_once, item.model.sites.count()));
 }
 

@@ -72,7 +72,7 @@ std::string read_mesh_of_row(const Row& row, const std::optional<PlanItem>& file
 
 SampleParameters painted_samples(std::uint32_t count, std::uint64_t seed) {
   SampleParameters parameters = parameters_for("anisotropic");
-  set_samples(parameters, count);
+  parameters.samples = count;
   // Directions that vary less than those of the surface: neighbouring strokes go together.
   parameters.tensor.smoothing = 16;
   parameters.seed = seed;

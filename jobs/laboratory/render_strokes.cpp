@@ -230,13 +230,13 @@ class Paintings {
     std::uint64_t bytes = 0;
     const std::optional<PlanItem>& file = subjects_.file(i);
     SampleParameters sampling = sampling_;
-    if (subjects_.stored()) set_samples(sampling, subjects_.samples());
+    if (subjects_.stored()) sampling.samples = subjects_.samples();
     MeshEstimate mesh;
     if (file && file->known_format) {
       mesh = peek_model(*file);
       bytes += estimate_bytes(mesh, sampling, std::max(1, options_.threads));
     }
-    bytes += stroke_picture_bytes(sampling.place.samples, look_.width, look_.height);
+    bytes += stroke_picture_bytes(sampling.samples, look_.width, look_.height);
     if (bytes > memory_)
       throw ItemError(Status::too_large, fmt::format("it needs {}M beside the pictures; --memory leaves {}M",
                                                      bytes >> 20, memory_ >> 20));

@@ -20,6 +20,8 @@
 #include "jobs/python/sample_options.h"
 #include "jobs/python/sampling_work.h"
 #include "jobs/surface_sources.h"
+#include "kernels/model/sample_settings.h"
+#include "kernels/surface/surface_settings.h"
 #include "meander_version.h"
 
 struct meander_object {
@@ -35,7 +37,7 @@ using namespace meander;
 
 struct SamplerObject : meander_object {
   explicit SamplerObject(const char* options)
-      : sampler(std::make_shared<Sampler>(sample_parameters(sample_options(options)))) {}
+      : sampler(std::make_shared<Sampler>(sample_parameters(options))) {}
   SharedSampler sampler;
 };
 struct MeshObject : meander_object {
@@ -155,6 +157,34 @@ void add_names(JsonWriter& json, const char* name, const Names& names) {
   json.end_array();
 }
 
+// The settings with a keyword, as Python shows them: {keyword, type, default, words, help}.
+template <class Settings>
+void add_settings(JsonWriter& json, std::span<const SettingList<Settings>* const> lists) {
+  const Settings defaults;
+  for (const SettingList<Settings>* const list : lists)
+    for (const Setting<Settings>& setting : list->items()) {
+      if (setting.keyword.empty()) continue;
+      const SettingValue value = setting.value(defaults);
+      const bool truth = !setting.truth.first.empty() || std::holds_alternative<bool>(value);
+      json.begin_object();
+      json.member("keyword", setting.keyword);
+      json.member("type", truth                                          ? "bool"
+                          : std::holds_alternative<std::string>(value) ? "str"
+                          : std::holds_alternative<double>(value)      ? "float"
+                                                                       : "int");
+      json.key("default");
+      if (!setting.shows_default)
+        json.null();
+      else if (!setting.truth.first.empty())
+        json.value(std::get<std::string>(value) == setting.truth.first);
+      else
+        std::visit([&](const auto& content) { json.value(content); }, value);
+      add_names(json, "words", truth ? std::vector<std::string>() : setting.words);
+      json.member("help", setting.help);
+      json.end_object();
+    }
+}
+
 }  // namespace
 
 const char* meander_about() {
@@ -164,6 +194,16 @@ const char* meander_about() {
     json.member("version", meander_version);
     add_names(json, "surfaces", surface_names());
     add_names(json, "descriptors", descriptor_names);
+    json.key("mesh_settings");
+    json.begin_array();
+    const SampleSettings* const mesh[] = {&point_settings(), &collection_settings()};
+    add_settings<SampleParameters>(json, mesh);
+    json.end_array();
+    json.key("surface_settings");
+    json.begin_array();
+    const SurfaceSettings* const surface[] = {&surface_settings()};
+    add_settings<SurfaceSampleParameters>(json, surface);
+    json.end_array();
     json.end_object();
     return keep(json.text());
   });
@@ -210,7 +250,7 @@ int meander_sample(meander_object* work, meander_object* sampler, meander_object
 int meander_sample_surface(meander_object* work, const char* name, const char* options, double tolerance,
                            int threads, double timeout) {
   return done([&] {
-    as<WorkObject>(work).work.sample_surface(name, surface_parameters(sample_options(options), tolerance),
+    as<WorkObject>(work).work.sample_surface(name, surface_parameters(options, tolerance),
                                              limits_of(threads, timeout));
   });
 }
@@ -219,7 +259,7 @@ int meander_sample_function(meander_object* work, meander_function function, voi
                             const std::uint8_t* content, const char* options, double tolerance,
                             double timeout) {
   return done([&] {
-    const SurfaceSampleParameters parameters = surface_parameters(sample_options(options), tolerance);
+    const SurfaceSampleParameters parameters = surface_parameters(options, tolerance);
     const CallableSurface surface(function, context, content);
     as<WorkObject>(work).work.sample_function(surface, parameters, limits_of(1, timeout));
   });

@@ -2,73 +2,29 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <stdexcept>
+#include <map>
+#include <span>
+#include <string>
 #include <type_traits>
 #include <vector>
 
 #include "io/json/json_reader.h"
-#include "jobs/descriptor_choice.h"
-#include "jobs/inputs.h"
-#include "jobs/option_words.h"
-#include "jobs/surface_sources.h"
-#include "kernels/core/spelling.h"
+#include "jobs/settings.h"
+#include "kernels/density/density_text.h"
 #include "kernels/density/formula_density.h"
+#include "kernels/model/sample_settings.h"
+#include "kernels/surface/surface_settings.h"
 
 namespace meander {
 
 namespace {
 
-template <class Enum, std::size_t N>
-void choose(const char* argument, const Word<Enum> (&words)[N], const std::string& text, Enum& value,
-            std::vector<std::string>& problems) {
-  for (const auto& word : words)
-    if (text == word.text) {
-      value = word.value;
-      return;
-    }
-  const std::vector<std::string> all = all_words(words);
-  const std::string near = nearest(text, all);
-  problems.push_back(fmt::format("{}: `{}` is none of {}{}", argument, text, fmt::join(all, ", "),
-                                 near.empty() ? "" : "; did you mean `" + near + "`?"));
-}
+using Members = std::map<std::string, std::string>;  // values as JSON writes them
 
-void check_spacing(const SampleOptions& options, SequenceKind sequence, std::vector<std::string>& problems) {
-  if (options.spacing != "default" && sequence != SequenceKind::spaced)
-    problems.emplace_back("spacing applies to sequence=\"spaced\" only");
-}
-
-void throw_problems(const std::vector<std::string>& problems) {
-  if (!problems.empty()) throw std::invalid_argument(fmt::format("{}", fmt::join(problems, "\n")));
-}
-
-void choose_density(const SampleOptions& options, DensityParameters& density,
-                    std::vector<std::string>& problems) {
-  density.floor = options.density_floor;
-  density.exponent = options.density_exponent;
-  if (options.density == "vertices" || options.density == "faces") {
-    density.kind =
-        options.density == "vertices" ? DensityKind::vertex_attribute : DensityKind::face_attribute;
-    density.attribute = density_attribute;
-    return;
-  }
-  if (take_formula(options.density, density)) {
-    if (uses_coordinates(density))
-      problems.push_back("density: `u` and `v` are texture coordinates, which meshes here do not have");
-    if (options.density_floor != SampleOptions{}.density_floor ||
-        options.density_exponent != SampleOptions{}.density_exponent)
-      problems.push_back(
-          "density_floor and density_exponent apply to densities of curvature, not to formulas");
-    return;
-  }
-  choose("density", density_words, options.density, density.kind, problems);
-  if (reads_textures(density.kind))
-    problems.push_back("density: `" + options.density +
-                       "` is read from the images of models; meshes here have none");
-}
-
-// The value of an option, as JSON writes it. False where it is of another type or range.
+// False where the value is of another type or range.
 template <class Number>
 bool read(const std::string& written, Number& value) {
   const char* end = written.data() + written.size();
@@ -88,102 +44,105 @@ bool read(const std::string& written, bool& value) {
   return value || written == "false" || written == "0";
 }
 
-}  // namespace
-
-SampleOptions sample_options(std::string_view json) {
-  SampleOptions options;
-  const JsonObject given(json, "options");
-  for (const auto& option : given.members()) {
-    const std::string &name = option.first, &written = option.second;
-    const auto set = [&](auto& member) {
-      using Value = std::decay_t<decltype(member)>;
-      if constexpr (std::is_same_v<Value, std::string>) {
-        if (!written.starts_with('"')) throw OptionRefused(name);
-        member = *given.text(name);
-      } else if (!read(written, member)) {
-        throw OptionRefused(name);
-      }
-    };
-    if (name == "n")
-      set(options.samples);
-    else if (name == "seed")
-      set(options.seed);
-    else if (name == "method")
-      set(options.method);
-    else if (name == "sequence")
-      set(options.sequence);
-    else if (name == "order")
-      set(options.order);
-    else if (name == "normalize")
-      set(options.normalize);
-    else if (name == "spacing")
-      set(options.spacing);
-    else if (name == "density")
-      set(options.density);
-    else if (name == "density_floor")
-      set(options.density_floor);
-    else if (name == "density_exponent")
-      set(options.density_exponent);
-    else if (name == "curve") {
-      if (written != "null") set(options.curve.emplace());
-    } else if (name == "curved")
-      set(options.curved);
-    else if (name == "topology")
-      set(options.topology);
-    else if (name == "describe")
-      set(options.describe);
-    else if (name == "bins")
-      set(options.bins);
-    else
-      throw OptionRefused(name);
+template <class Settings>
+void take(const Setting<Settings>& setting, const std::string& written, Settings& settings,
+          std::vector<std::string>& problems) {
+  if (setting.number) {
+    if (!std::visit([&](auto* number) { return read(written, *number); }, setting.number(settings)))
+      throw OptionRefused(setting.keyword);
+    return;
   }
-  return options;
+  std::string text;
+  bool yes = false;
+  if (!setting.truth.first.empty() && read(written, yes))
+    text = yes ? setting.truth.first : setting.truth.second;
+  else if (setting.truth.first.empty() && written.starts_with('"'))
+    text = text_of_json(written);
+  else
+    throw OptionRefused(setting.keyword);
+  if (const std::string problem = setting.set(settings, text); !problem.empty())
+    problems.push_back(setting.keyword + ": " + problem);
 }
 
-SampleParameters sample_parameters(const SampleOptions& options) {
+template <class Settings>
+std::string unknown_keyword(const Members& members, std::span<const SettingList<Settings>* const> lists) {
+  for (const auto& member : members)
+    if (std::none_of(lists.begin(), lists.end(),
+                     [&](const auto* list) { return list->with_keyword(member.first) != nullptr; }))
+      return member.first;
+  return "";
+}
+
+// Sets what the members say by keyword. Settings that changed and do not act are problems.
+template <class Settings>
+void take_keywords(const Members& members, std::span<const SettingList<Settings>* const> lists,
+                   Settings& settings, std::vector<std::string>& problems) {
+  const Settings defaults = settings;
+  std::vector<const Setting<Settings>*> taken;
+  std::size_t known = 0;
+  for (const SettingList<Settings>* const list : lists)
+    for (const Setting<Settings>& setting : list->items()) {
+      const auto member = setting.keyword.empty() ? members.end() : members.find(setting.keyword);
+      if (member == members.end()) continue;
+      ++known;
+      if (member->second == "null" && !setting.shows_default) continue;
+      take(setting, member->second, settings, problems);
+      taken.push_back(&setting);
+    }
+  if (known < members.size()) throw OptionRefused(unknown_keyword(members, lists));
+  for (const Setting<Settings>* const setting : taken)
+    if (setting->acts && !setting->acts(settings) && setting->value(settings) != setting->value(defaults))
+      problems.push_back(setting->keyword + " " + setting->applies_to);
+}
+
+void throw_problems(const std::vector<std::string>& problems) {
+  if (!problems.empty()) throw std::invalid_argument(fmt::format("{}", fmt::join(problems, "\n")));
+}
+
+// Numbers that the mesh has itself. True where the density is that.
+bool take_own_density(Members& members, DensityParameters& density) {
+  const auto given = members.find("density");
+  if (given == members.end() || (given->second != "\"vertices\"" && given->second != "\"faces\""))
+    return false;
+  density.kind =
+      given->second == "\"vertices\"" ? DensityKind::vertex_attribute : DensityKind::face_attribute;
+  density.attribute = density_attribute;
+  members.erase(given);
+  return true;
+}
+
+// What meshes of arrays do not have.
+void check_density(const DensityParameters& density, std::vector<std::string>& problems) {
+  if (is_formula(density.kind) && uses_coordinates(density))
+    problems.emplace_back("density: `u` and `v` are texture coordinates, which meshes here do not have");
+  if (reads_textures(density.kind))
+    problems.push_back("density: `" + density_text(density) +
+                       "` is read from the images of models; meshes here have none");
+  if (density.kind == DensityKind::vertex_attribute || density.kind == DensityKind::face_attribute)
+    problems.emplace_back("density: meshes here have no attributes: give the numbers themselves");
+}
+
+}  // namespace
+
+SampleParameters sample_parameters(std::string_view json) {
   std::vector<std::string> problems;
   SampleParameters parameters;
-  choose("method", method_words, options.method, parameters.method, problems);
-  choose("sequence", sequence_words, options.sequence, parameters.place.sequence, problems);
-  choose("order", order_words, options.order, parameters.place.order, problems);
-  choose("normalize", normalize_words, options.normalize, parameters.place.normalize, problems);
-  choose("spacing", spacing_words, options.spacing, parameters.place.spacing, problems);
-  if (options.curve) {
-    ElementOrder order{};
-    choose("curve", order_of_elements_words, *options.curve, order, problems);
-    parameters.order = order;
-  }
-  choose_density(options, parameters.density, problems);
-  check_spacing(options, parameters.place.sequence, problems);
-  parameters.describe.descriptors = parse_descriptors("describe", options.describe, problems);
-  parameters.describe.bins = options.bins;
-  parameters.seed = options.seed;
-  parameters.curved = options.curved;
-  parameters.topology = options.topology;
-  set_samples(parameters, options.samples);
+  Members members = JsonObject(json, "options").members();
+  const bool has_numbers = take_own_density(members, parameters.density);
+  const SampleSettings* const lists[] = {&point_settings(), &collection_settings()};
+  take_keywords<SampleParameters>(members, lists, parameters, problems);
+  if (!has_numbers) check_density(parameters.density, problems);
   if (problems.empty()) problems = validate(parameters);
   throw_problems(problems);
   return parameters;
 }
 
-SurfaceSampleParameters surface_parameters(const SampleOptions& options, double tolerance) {
+SurfaceSampleParameters surface_parameters(std::string_view json, double tolerance) {
   std::vector<std::string> problems;
   SurfaceSampleParameters parameters;
-  parameters.samples = options.samples;
-  parameters.seed = options.seed;
   parameters.tolerance = tolerance;
-  choose("sequence", sequence_words, options.sequence, parameters.sequence, problems);
-  choose("order", order_words, options.order, parameters.order, problems);
-  choose("spacing", spacing_words, options.spacing, parameters.spacing, problems);
-  if (options.curve) choose("curve", curve_words, *options.curve, parameters.curve, problems);
-  check_spacing(options, parameters.sequence, problems);
-  parameters.density.floor = options.density_floor;
-  parameters.density.exponent = options.density_exponent;
-  try {
-    set_surface_density(options.density, parameters.density);
-  } catch (const UsageError& error) {
-    problems.push_back(std::string("density: ") + error.what());
-  }
+  const SurfaceSettings* const lists[] = {&surface_settings()};
+  take_keywords<SurfaceSampleParameters>(JsonObject(json, "options").members(), lists, parameters, problems);
   if (problems.empty()) problems = validate(parameters);
   throw_problems(problems);
   return parameters;

@@ -46,8 +46,8 @@ void with_threads(int threads, const Work& work) {
 
 bool is_long_work(const Sampler& sampler, const PolygonMesh& mesh) {
   const SampleParameters& p = sampler.parameters();
-  const std::size_t spaced = p.place.sequence == SequenceKind::spaced ? 10 : 1;
-  return method_of(p).makes_charts || mesh.corners.size() + spaced * p.place.samples > long_work;
+  const std::size_t spaced = p.sequence == SequenceKind::spaced ? 10 : 1;
+  return method_of(p).makes_charts || mesh.corners.size() + spaced * p.samples > long_work;
 }
 
 void sample_all(const Sampler& sampler, SampleQueue& queue, std::size_t tokens, std::optional<double> timeout,

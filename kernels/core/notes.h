@@ -76,6 +76,15 @@ inline constexpr NoteSet color_notes =
     set_of(Note::material_missing) | set_of(Note::material_assumed) | set_of(Note::coordinates_missing) |
     set_of(Note::color_map_ignored) | set_of(Note::colors_ignored);
 
+// "all", or the names of the notes separated by commas, in their order.
+inline std::string words_of(NoteSet notes) {
+  if (notes == every_note) return "all";
+  std::string words;
+  for (std::size_t n = 0; n < note_count; ++n)
+    if ((notes >> n & 1) != 0) words += (words.empty() ? "" : ",") + std::string(note_names[n]);
+  return words;
+}
+
 // The notes of these kinds in words, "image_missing 2: `a.png`: it is not there; ...": the kind, how many,
 // and an example; empty where there are none.
 inline std::string text_of(const Notes& notes, NoteSet kinds = ~NoteSet{0}) {

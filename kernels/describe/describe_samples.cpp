@@ -7,6 +7,7 @@
 #include <string>
 #include <utility>
 
+#include "kernels/core/spelling.h"
 #include "kernels/describe/geodesic_histogram.h"
 #include "kernels/describe/heat_geodesics.h"
 #include "kernels/describe/outward_normals.h"
@@ -27,6 +28,30 @@ std::vector<float> shape_function(const DescriptorInput& input, ShapeFunction fu
 }
 
 }  // namespace
+
+std::string take_descriptors(std::string_view text, std::vector<Descriptor>& descriptors) {
+  descriptors.clear();
+  if (text == "none") return "";
+  std::string problems;
+  while (!text.empty()) {
+    const std::string_view name = text.substr(0, text.find(','));
+    text.remove_prefix(std::min(text.size(), name.size() + 1));
+    const auto at = std::find(descriptor_names.begin(), descriptor_names.end(), name);
+    if (at == descriptor_names.end()) {
+      std::string list;
+      for (const std::string_view known : descriptor_names)
+        list += (list.empty() ? "" : ", ") + std::string(known);
+      const std::string near = nearest(name, descriptor_names);
+      problems += (problems.empty() ? "" : "; ") + ("no descriptor `" + std::string(name)) + "` (" + list +
+                  ")" + (near.empty() ? "" : ", did you mean `" + near + "`?");
+      continue;
+    }
+    const auto descriptor = static_cast<Descriptor>(at - descriptor_names.begin());
+    if (std::find(descriptors.begin(), descriptors.end(), descriptor) == descriptors.end())
+      descriptors.push_back(descriptor);
+  }
+  return problems;
+}
 
 namespace descriptor_makers {
 

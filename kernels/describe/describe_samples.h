@@ -247,6 +247,9 @@ inline constexpr auto descriptor_names = [] {
   return names;
 }();
 constexpr std::string_view name_of(Descriptor descriptor) { return group_of(descriptor).name; }
+// The descriptors of a text: "none", or names with commas between them, each taken once. Returns what is
+// wrong with it, or "".
+std::string take_descriptors(std::string_view text, std::vector<Descriptor>& descriptors);
 constexpr bool needs_mesh(Descriptor descriptor) { return group_of(descriptor).needs_mesh; }
 
 // Whether a row of that name comes after a descriptor's own.

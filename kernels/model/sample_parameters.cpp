@@ -6,6 +6,7 @@
 
 #include "kernels/core/check_range.h"
 #include "kernels/density/formula_density.h"
+#include "kernels/model/sample_settings.h"
 
 namespace meander {
 
@@ -40,8 +41,9 @@ void check_without_topology(const SampleParameters& p, std::vector<std::string>&
 
 std::vector<std::string> validate(const SampleParameters& p) {
   std::vector<std::string> problems;
-  check_range(problems, "samples", p.place.samples, 1, 2147483648.0);
-  check_range(problems, "jitter", p.place.jitter, 0.0, 1.0);
+  check_ranges(point_settings(), p, problems);
+  check_ranges(collection_settings(), p, problems);
+  check_range(problems, "jitter", p.jitter, 0.0, 1.0);
   check_range(problems, "elements per sample", p.elements.elements_per_sample, 1.0, 64.0);
   check_range(problems, "leaves per sample", p.locator.curve.leaves_per_sample, 1.0, 256.0);
   check_range(problems, "curve depth", p.locator.curve.max_depth, 1, 31);
@@ -52,8 +54,6 @@ std::vector<std::string> validate(const SampleParameters& p) {
   check_range(problems, "extremity seams", p.cut.extremity_seams, 0, 16);
   check_range(problems, "extra seams", p.flatten.max_extra_seams, 0, 64);
   check_range(problems, "effort", p.flatten.effort, 0.0, 1e6);
-  check_range(problems, "density floor", p.density.floor, 1e-6, 1.0);
-  check_range(problems, "density exponent", p.density.exponent, 0.25, 4.0);
   check_range(problems, "density quantile", p.density.quantile, 0.01, 1.0);
   const bool wants_attribute =
       p.density.kind == DensityKind::vertex_attribute || p.density.kind == DensityKind::face_attribute;
@@ -74,28 +74,22 @@ std::vector<std::string> validate(const SampleParameters& p) {
                        (is_formula(p.density.kind) ? p.density.formula : std::string("texture")) +
                        "` does not go with the method " + std::string(method.name) +
                        ", which takes none that is finer than triangles: choose another density or method");
-  if (p.order && method.order == ElementOrder::balanced)
+  if (p.curve && method.order == ElementOrder::balanced)
     problems.push_back("the method " + std::string(method.name) +
                        " chooses the order itself: name a method to choose the curve");
   if (!method.makes_charts && order_of(p) != ElementOrder::hilbert && order_of(p) != ElementOrder::balanced)
     problems.push_back("the method " + std::string(method.name) + " knows the curves hilbert and balanced");
-  if (p.elements.order != ElementOrder::hilbert && p.elements.order != order_of(p))
-    problems.push_back("the order of the elements is SampleParameters::order, not that of its elements");
-  if (p.locator.curve.kind != CurveKind::hilbert && p.locator.curve.kind != curve_of(order_of(p)))
-    problems.push_back("the curve is chosen by SampleParameters::order, not by that of its locator");
   if (!p.topology) check_without_topology(p, problems);
   if (p.locate == LocatorKind::first_hit && method_of(p).makes_charts &&
       order_of(p) == ElementOrder::balanced)
     problems.push_back("the locator first-hit follows a curve: it has no balanced order");
-  if (p.locate == LocatorKind::first_hit && p.place.place == PlaceKind::element)
+  if (p.locate == LocatorKind::first_hit && p.place == PlaceKind::element)
     problems.push_back("the locator first-hit knows curve vertices only: place at vertices");
-  if (p.place.sequence == SequenceKind::spaced && p.place.place == PlaceKind::vertex)
+  if (p.sequence == SequenceKind::spaced && p.place == PlaceKind::vertex)
     problems.push_back(
         "the sequence `spaced` chooses points in elements: place at elements, not vertices, or choose "
         "another sequence");
-  check_range(problems, "descriptor bins", p.describe.bins, 8, 1024);
-  check_range(problems, "geodesic sources", p.describe.geodesic_sources, 0, 2147483648.0);
-  if (!p.describe.descriptors.empty() && p.place.samples < 4)
+  if (!p.describe.descriptors.empty() && p.samples < 4)
     problems.push_back("descriptors need at least 4 samples");
   if (method_of(p).follows_tensor) {
     // Tables may come with each model (Model::tensor_table).
@@ -103,7 +97,6 @@ std::vector<std::string> validate(const SampleParameters& p) {
     if (tensor.kind == TensorKind::table && !tensor.table) tensor.table = std::make_shared<TensorTable>();
     for (const std::string& problem : validate(tensor)) problems.push_back(problem);
   }
-  check_range(problems, "segments", p.tensor_charts.segment.count, 1, 65536);
   check_range(problems, "smallest segment", p.tensor_charts.segment.min_triangles, 1, 1 << 20);
   check_range(problems, "bisections", p.tensor_charts.max_bisections, 0, 16);
   constexpr std::size_t most_columns = 32;  // the bits of ItemReport::lacks
@@ -113,8 +106,6 @@ std::vector<std::string> validate(const SampleParameters& p) {
                        std::to_string(most_columns) + " are possible");
   for (const AttributeColumn& column : p.attributes)
     check_range(problems, "the width of an attribute", column.width, 1, 4);
-  if (p.elements.samples != p.place.samples || p.locator.samples != p.place.samples)
-    problems.push_back("the stages disagree about the number of samples (see set_samples)");
   return problems;
 }
 
@@ -123,7 +114,7 @@ bool casts_rays(const SampleParameters& parameters) {
 }
 
 ElementOrder order_of(const SampleParameters& parameters) {
-  return parameters.order.value_or(method_of(parameters).order);
+  return parameters.curve.value_or(method_of(parameters).order);
 }
 
 double elements_per_sample(const SampleParameters& parameters) {
@@ -133,19 +124,19 @@ double elements_per_sample(const SampleParameters& parameters) {
   if (order_of(parameters) == ElementOrder::balanced) {
     const bool splits = !method_of(parameters).makes_charts &&
                         parameters.density.kind == DensityKind::uniform &&
-                        parameters.place.place == PlaceKind::element;  // see splits_pieces
-    least = std::max(least, balanced_elements_per_sample(parameters.place.samples, splits));
+                        parameters.place == PlaceKind::element;  // see splits_pieces
+    least = std::max(least, balanced_elements_per_sample(parameters.samples, splits));
   }
   return std::max(asked, least);
 }
 
 bool places_in_regions(const SampleParameters& parameters) {
-  return parameters.place.samples > most_whole_samples && parameters.place.sequence != SequenceKind::spaced &&
+  return parameters.samples > most_whole_samples && parameters.sequence != SequenceKind::spaced &&
          !(method_of(parameters).makes_charts && parameters.locate == LocatorKind::first_hit);
 }
 
 bool leaves_sites(const SampleParameters& parameters) {
-  return parameters.rows_only && parameters.place.samples > parameters.most_kept_samples &&
+  return parameters.rows_only && parameters.samples > parameters.most_kept_samples &&
          places_in_regions(parameters) && !method_of(parameters).follows_tensor && !parameters.curved &&
          !parameters.colors && parameters.attributes.empty() && !parameters.texcoord &&
          parameters.describe.descriptors.empty();
@@ -153,20 +144,27 @@ bool leaves_sites(const SampleParameters& parameters) {
 
 ElementParameters element_parameters(const SampleParameters& parameters) {
   ElementParameters elements = parameters.elements;
+  elements.samples = parameters.samples;
   elements.elements_per_sample = elements_per_sample(parameters);
-  elements.keep_vertices = parameters.place.place == PlaceKind::vertex;
+  elements.keep_vertices = parameters.place == PlaceKind::vertex;
   elements.order = order_of(parameters);
   // Places in fixed cells would prefer the same parts of the surface for every seed (docs/METHODS.md 7.5).
-  elements.random_axes = parameters.place.sequence == SequenceKind::spaced;
-  elements.net_points = parameters.place.sequence == SequenceKind::shifted;
-  elements.keep_polygons = parameters.place.sequence == SequenceKind::spaced;
+  elements.random_axes = parameters.sequence == SequenceKind::spaced;
+  elements.net_points = parameters.sequence == SequenceKind::shifted;
+  elements.keep_polygons = parameters.sequence == SequenceKind::spaced;
   return elements;
 }
 
-void set_samples(SampleParameters& parameters, std::uint32_t samples) {
-  parameters.place.samples = samples;
-  parameters.elements.samples = samples;
-  parameters.locator.samples = samples;
+LocateParameters locate_parameters(const SampleParameters& parameters) {
+  LocateParameters locator = parameters.locator;
+  locator.samples = parameters.samples;
+  locator.curve.kind = curve_of(order_of(parameters));
+  return locator;
+}
+
+PlaceParameters place_parameters(const SampleParameters& parameters) {
+  return {parameters.samples,   parameters.sequence, parameters.order,  parameters.place,
+          parameters.normalize, parameters.jitter,   parameters.spacing};
 }
 
 bool reads_coordinates(const SampleParameters& p) {

@@ -69,17 +69,25 @@ struct TensorChartParameters {
 
 // Everything that decides the points of a model. The defaults are those of `meander run`.
 struct SampleParameters {
-  MethodChoice method = MethodChoice::automatic;
-  std::optional<ElementOrder> order;  // of the elements; without a value that of the method (see order_of)
-  LocatorKind locate = LocatorKind::embree;
+  std::uint32_t samples = 2048;  // of a model, 1..2^31
   std::uint64_t seed = 1;
+  MethodChoice method = MethodChoice::automatic;
+  std::optional<ElementOrder> curve;  // the order of the elements; without a value that of the method
+  LocatorKind locate = LocatorKind::embree;
+  PlaceKind place = PlaceKind::element;
+  SequenceKind sequence = SequenceKind::shifted;
+  SpacingKind spacing = SpacingKind::standard;  // of the sequence spaced
+  double jitter = 0.25;                         // of the sequence shifted: see PlaceParameters
+  OrderKind order = OrderKind::progressive;     // of the samples in the file
+  NormalizeKind normalize = NormalizeKind::none;
   CoarsenParameters coarsen;  // of the charts of the method conformal
   CutParameters cut;
   FlattenParameters flatten;
+  // Of these two, the numbers of samples and the orders come from above: see locate_parameters and
+  // element_parameters.
   LocateParameters locator;
   ElementParameters elements;
   DensityParameters density;
-  PlaceParameters place;
   // Find neighbours, components and a common orientation of the triangles. Without it samples take the
   // normals of the file's winding, and components, genus and boundaries are not counted (prepare_soup). For
   // methods without charts.
@@ -134,8 +142,11 @@ ElementOrder order_of(const SampleParameters& parameters);
 
 // elements.elements_per_sample, or what the method or the order needs at least where that is more.
 double elements_per_sample(const SampleParameters& parameters);
-// The parameters of the elements with that, the order, and curve vertices where samples are placed at them.
+// What the stages take: of the elements, with that number, their order, and curve vertices where samples are
+// placed at them; of the locator; and of the places of samples.
 ElementParameters element_parameters(const SampleParameters& parameters);
+LocateParameters locate_parameters(const SampleParameters& parameters);
+PlaceParameters place_parameters(const SampleParameters& parameters);
 
 // Whether the surface is put in order region by region (surface_regions.h): large sets, but for spaced ones,
 // whose places depend on each other, and the survey's point location.
@@ -144,8 +155,5 @@ bool places_in_regions(const SampleParameters& parameters);
 // Whether the stages end with sites in place of samples: rows_only, for large sets on the surface itself
 // without descriptors and without columns of the user's choice.
 bool leaves_sites(const SampleParameters& parameters);
-
-// Sets the number of samples wherever the stages need it.
-void set_samples(SampleParameters& parameters, std::uint32_t samples);
 
 }  // namespace meander

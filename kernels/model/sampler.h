@@ -16,7 +16,7 @@ namespace meander {
 // methods that cast rays, one Embree device. sample() may be called from any number of threads at a time.
 //
 //   SampleParameters parameters;
-//   set_samples(parameters, 2048);
+//   parameters.samples = 2048;
 //   const Sampler sampler(parameters);
 //   const Row row = sampler.sample(positions, faces);
 class Sampler {

@@ -99,7 +99,7 @@ ModelStages charting_conformal(const SampleParameters& p) {
                          }}};
   // The first triangle that a ray hits is the sample's own: it is located on the surface itself.
   if (p.locate != LocatorKind::first_hit)
-    stages.push_back({"coarsen_mesh", [coarsen = p.coarsen, samples = p.place.samples](Model& model) {
+    stages.push_back({"coarsen_mesh", [coarsen = p.coarsen, samples = p.samples](Model& model) {
                         model.coarse =
                             coarsen_mesh(model.surface, model.measure.masses, samples, coarsen, model.cancel);
                       }});
@@ -205,8 +205,7 @@ ModelStages locating_elements(const SampleParameters& p, DomainOf domain_of) {
 }
 
 ModelStages locating_rays(const SampleParameters& p, const EmbreeDevice* device, DomainOf domain_of) {
-  LocateParameters curved = p.locator;
-  curved.curve.kind = curve_of(order_of(p));
+  const LocateParameters curved = locate_parameters(p);
   ModelStages stages = {{"build_curve", [locator = curved, domain_of](Model& model) {
                            const Domain domain = domain_of(model);
                            model.trees = build_curves(domain.charted_mesh(), model.charts,
@@ -311,8 +310,9 @@ void place_as_sites(Model& model, const PlaceParameters& parameters) {
 
 ModelStages placing_on_surface(const SampleParameters& p) {
   if (leaves_sites(p))
-    return {{"place_samples", [parameters = p.place](Model& model) { place_as_sites(model, parameters); }}};
-  return {{"place_samples", [parameters = p.place, curved = p.curved](Model& model) {
+    return {{"place_samples",
+             [parameters = place_parameters(p)](Model& model) { place_as_sites(model, parameters); }}};
+  return {{"place_samples", [parameters = place_parameters(p), curved = p.curved](Model& model) {
              place(model, parameters, surface_domain(model));
              if (curved) lift(model, parameters, model.row.samples.triangle);
              model.row.report.status = Status::ok;
@@ -320,7 +320,7 @@ ModelStages placing_on_surface(const SampleParameters& p) {
 }
 
 ModelStages placing_on_segments(const SampleParameters& p) {
-  return {{"place_samples", [parameters = p.place, curved = p.curved](Model& model) {
+  return {{"place_samples", [parameters = place_parameters(p), curved = p.curved](Model& model) {
              const MetricAt metric = [&segments = model.segments](std::uint32_t t, double b1, double b2) {
                return metric_at(segments, t, b1, b2);
              };

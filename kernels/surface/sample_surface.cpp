@@ -15,6 +15,7 @@
 #include "kernels/surface/patch_tree.h"
 #include "kernels/surface/surface_leaf.h"
 #include "kernels/surface/surface_measure.h"
+#include "kernels/surface/surface_settings.h"
 #include "kernels/surface/surface_strata.h"
 
 namespace meander {
@@ -182,16 +183,13 @@ std::uint64_t first_key(CurveKind kind, double s, double t, int depth) {
 
 std::vector<std::string> validate(const SurfaceSampleParameters& p) {
   std::vector<std::string> problems;
-  check_range(problems, "samples", p.samples, 1, 2147483648.0);
+  check_ranges(surface_settings(), p, problems);
   check_range(problems, "jitter", p.jitter, 0.0, 1.0);
   if (p.sequence == SequenceKind::spaced && p.place == PlaceKind::vertex)
     problems.push_back("the sequence spaced chooses points in elements: place at elements, not vertices");
-  check_range(problems, "tolerance", p.tolerance, 1e-8, 0.1);
-  if (p.leaves_per_sample != 0) check_range(problems, "leaves per sample", p.leaves_per_sample, 1.0, 1024.0);
+  if (p.leaves_per_sample > 0) check_range(problems, "leaves per sample", p.leaves_per_sample, 1.0, 1024.0);
   check_range(problems, "least curve depth", p.min_depth, 5, 12);
-  check_range(problems, "curve depth", p.max_depth, p.min_depth, 31);
-  check_range(problems, "density floor", p.density.floor, 1e-6, 1.0);
-  check_range(problems, "density exponent", p.density.exponent, 0.25, 4.0);
+  if (p.max_depth < p.min_depth) check_range(problems, "max depth", p.max_depth, p.min_depth, 31);
   check_range(problems, "density quantile", p.density.quantile, 0.01, 1.0);
   if (p.density.kind == SurfaceDensityKind::expression) {
     try {

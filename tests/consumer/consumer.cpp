@@ -11,7 +11,7 @@ int main() {
   const std::vector<double> positions = {1, 1, 1, 1, -1, -1, -1, 1, -1, -1, -1, 1};
   const std::vector<std::uint32_t> faces = {0, 1, 2, 0, 3, 1, 0, 2, 3, 1, 3, 2};
   meander::SampleParameters parameters;
-  meander::set_samples(parameters, 1000);
+  parameters.samples = 1000;
   const meander::Row row = meander::Sampler(parameters).sample(positions, faces);
   const double area = 4 * std::sqrt(3.0) / 4 * 8;
   std::printf("%s by the method %s, %zu points, area %.6f\n",

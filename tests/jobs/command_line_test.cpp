@@ -1,9 +1,10 @@
 #include "jobs/command_line.h"
 
 #include "jobs/inputs.h"
-#include "jobs/parameter_table.h"
+#include "jobs/settings.h"
 #include "jobs/units.h"
 #include "kernels/core/spelling.h"
+#include "kernels/surface/surface_settings.h"
 #include "support/catch.h"
 
 using namespace meander;
@@ -136,36 +137,93 @@ TEST_CASE("command line: a hidden subcommand takes any arguments") {
   CHECK(example.line.program().chose("secret"));
 }
 
-TEST_CASE("parameter table: one line is an option and a member of the JSON") {
-  CommandLine line("example", "An example", "1", "");
-  Command program = line.program();
-  ParameterTable table, more;
-  CurveKind curve = CurveKind::hilbert;
+struct Shape {
   double share = 0.5;
-  bool bold = false;
-  const int depth = 3;
-  table.add(program, "curve_kind", "--curve", curve, curve_words, "The curve");
-  table.add(program, "curves", "--share", share, "How much");
-  table.add(program, "bold", "--bold", bold, "Thick");
-  more.constant("curve_depth", depth);
-  more.derive("area", [&share] { return 2 * share; });
-  bool thin = false;
-  more.compute(
-      "width", "-w,--width", [&share] { return share / 3; }, [&thin] { return thin; });
-  std::string name = "example", words = "--curve=peano", flag = "--bold";
-  std::vector<char*> arguments = {name.data(), words.data(), flag.data()};
-  REQUIRE(line.parse(3, arguments.data()));
-  CHECK(curve == CurveKind::peano);
-  CHECK(table.json() == R"({"bold":true,"curves":0.5,"curve_kind":"peano"})");
-  share = 0.75;
-  table.append(more);
-  CHECK(table.json() == R"({"area":1.5,"bold":true,"curves":0.75,"curve_depth":3,"curve_kind":"peano"})");
-  thin = true;
-  CHECK(table.json() ==
-        R"({"area":1.5,"bold":true,"curves":0.75,"curve_depth":3,"curve_kind":"peano","width":0.25})");
-  // What a value follows from is given again, not the value.
-  CHECK(table.arguments({{"area", "1.5"}, {"bold", "true"}, {"width", "0.25"}}) ==
-        std::vector<std::string>{"--bold", "--width", "0.25"});
+  std::uint32_t count = 4;
+  bool bold = false, thin = false;
+  CurveKind curve = CurveKind::hilbert;
+  std::string names;
+};
+
+SettingList<Shape> shape_settings() {
+  SettingList<Shape> list;
+  list.under("Shape");
+  list.word(
+      "curve_kind", "--curve", [](auto& s) -> auto& { return s.curve; }, curve_words, "The curve");
+  list.number(
+      "curves", "--share", [](auto& s) -> auto& { return s.share; }, 0, 1, "How much");
+  list.number(
+          "count", "-c,--count", [](auto& s) -> auto& { return s.count; }, 1, 8, "How many")
+      .acting([](const Shape& s) { return s.bold; }, "applies to bold shapes only");
+  list.flag(
+      "bold", "--bold", [](auto& s) -> auto& { return s.bold; }, "Thick");
+  list.text(
+          "names", "--name", [](const Shape& s) { return s.names; },
+          [](Shape& s, std::string_view text) {
+            s.names = text;
+            return text.find('!') == std::string_view::npos ? std::string() : "`!` is no name";
+          },
+          "Names")
+      .list()
+      .only_recorded([](const Shape& s) { return !s.names.empty(); });
+  list.constant("area", [](const Shape& s) { return 2 * s.share; });
+  return list;
+}
+
+// What the options of the list set, and the problems.
+std::pair<Shape, std::vector<std::string>> shape_of(std::vector<std::string> arguments) {
+  const SettingList<Shape> list = shape_settings();
+  CommandLine line("example", "An example", "1", "");
+  Shape shape;
+  SettingOptions options;
+  options.add(line.program(), list, shape);
+  arguments.insert(arguments.begin(), "example");
+  std::vector<char*> pointers;
+  for (std::string& argument : arguments) pointers.push_back(argument.data());
+  REQUIRE(line.parse(static_cast<int>(pointers.size()), pointers.data()));
+  std::vector<std::string> problems;
+  options.finish(problems);
+  check_ranges(list, shape, problems);
+  return {shape, problems};
+}
+
+std::string recorded(const Shape& shape) {
+  RecordedSettings members;
+  record(shape_settings(), shape, members);
+  return json_of(std::move(members));
+}
+
+TEST_CASE("settings: one row is an option and a member of the stored parameters") {
+  const auto [shape, problems] =
+      shape_of({"--curve=peano", "--bold", "-c", "5", "--share", "0.75", "--name", "a,b", "--name", "c"});
+  CHECK(problems.empty());
+  CHECK(recorded(shape) ==
+        R"({"area":1.5,"bold":true,"count":5,"curves":0.75,"curve_kind":"peano","names":"a,b,c"})");
+  CHECK(recorded(Shape{}) == R"({"area":1,"bold":false,"count":4,"curves":0.5,"curve_kind":"hilbert"})");
+}
+
+TEST_CASE("settings: texts, ranges and settings that do not act are problems") {
+  CHECK(shape_of({"--name", "a!"}).second == std::vector<std::string>{"--name: `!` is no name"});
+  CHECK(shape_of({"--bold", "--count", "9"}).second ==
+        std::vector<std::string>{"count is 9, must be 1 to 8"});
+  CHECK(shape_of({"--count", "4"}).second == std::vector<std::string>{"--count applies to bold shapes only"});
+  CHECK(shape_of({}).second.empty());
+}
+
+TEST_CASE("settings: stored parameters are read back, and what differs is noted") {
+  Shape shape;
+  GivenSettings given;
+  const std::map<std::string, std::string> stored = {
+      {"area", "1.5"},     {"bold", "true"}, {"count", "4"}, {"curves", "0.75"}, {"curve_kind", "\"peano\""},
+      {"names", "\"a,b\""}};
+  CHECK(take_recorded(shape_settings(), stored, shape, given) == "");
+  CHECK(given == GivenSettings{"bold", "curves", "curve_kind", "names"});
+  CHECK(recorded(shape) ==
+        R"({"area":1.5,"bold":true,"count":4,"curves":0.75,"curve_kind":"peano","names":"a,b"})");
+  CHECK(take_recorded(shape_settings(), {{"count", "0"}}, shape, given) ==
+        "parameter \"count\": it is 0, must be 1 to 8");
+  CHECK(take_recorded(shape_settings(), {{"curve_kind", "\"peanno\""}}, shape, given) ==
+        "parameter \"curve_kind\": `peanno` is none of hilbert|peano|peano-meander; did you mean `peano`?");
 }
 
 TEST_CASE("command line: bytes, seconds and the nearest word") {

@@ -111,7 +111,7 @@ TEST_CASE("run --density formula: mistakes in it are usage errors, and nothing i
   says("formula:zz", "unknown name \"zz\"");
   says("1 + z", "formula:TEXT");
   says("formula:z^2", "does not go with the method anisotropic", {"--method", "anisotropic"});
-  says("formula:1 + z", "--density-floor and --density-exponent apply", {"--density-floor", "0.5"});
+  says("formula:1 + z", "--density-floor applies", {"--density-floor", "0.5"});
 }
 
 TEST_CASE("run --tensor formula: spacings by formula, with texture coordinates, resumed as they were") {

@@ -30,11 +30,11 @@ TEST_CASE("remesh memory: no model takes more than is reserved for it") {
             fit ? CarriedColumns{} : CarriedColumns{true, true, {{"a", 1}, {"b", 4}}};
         INFO(name << ", " << samples << " samples" << (fit ? ", fitted" : ""));
         SampleParameters parameters;
-        parameters.place.sequence = SequenceKind::spaced;
+        parameters.sequence = SequenceKind::spaced;
         parameters.colors = carried.colors;
         parameters.texcoord = carried.texcoord;
         parameters.attributes = carried.attributes;
-        set_samples(parameters, samples);
+        parameters.samples = samples;
         RemeshParameters wanted;
         wanted.fit = fit;
         PlanItem plan;

@@ -269,7 +269,7 @@ TEST_CASE("run: mistakes on the command line exit 2 with a suggestion") {
   says({"--densty", "mean"}, "--density");
   says({"--density", "mena"}, "not one of uniform");
   says({"--sequence", "shiftd"}, "did you mean `shifted`");
-  says({"--spacing", "best"}, "add --sequence spaced");
+  says({"--spacing", "best"}, "applies to the sequence spaced only");
   says({"--sequence", "spaced", "--spacing", "bset"}, "fast|default|best");
   says({"--sequence", "spaced", "--place", "vertex"}, "place at elements");
   says({"--method", "direct", "--locate", "elements"}, "leave --locate out");

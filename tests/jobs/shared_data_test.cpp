@@ -104,8 +104,8 @@ std::vector<std::filesystem::path> good_models() {
 void check_masses(const std::filesystem::path& path, std::string_view method) {
   INFO(path.filename() << ", " << method);
   SampleParameters parameters = parameters_for(method);
-  set_samples(parameters, 2048);
-  parameters.place.sequence = SequenceKind::stratified;  // cells of nets may be points, without elements
+  parameters.samples = 2048;
+  parameters.sequence = SequenceKind::stratified;  // cells of nets may be points, without elements
   const EmbreeDevice device;
   Model model;
   model.file = read_shared(path);

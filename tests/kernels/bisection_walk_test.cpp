@@ -118,7 +118,7 @@ TEST_CASE("place_samples: parts of wide pieces of large sets get their share of 
   for (std::uint64_t seed = 1; seed <= 3; ++seed) {
     SampleParameters parameters;
     parameters.method = MethodChoice::direct;
-    set_samples(parameters, n);
+    parameters.samples = n;
     Model model;
     model.file = tetrahedron();
     model.key = make_random_key(seed, {});

@@ -58,7 +58,7 @@ FlatChart flatten_within(const PreparedMesh& mesh, double effort) {
 
 Row sample(const PolygonMesh& mesh, std::string_view method, std::uint32_t samples) {
   SampleParameters parameters = parameters_for(method);
-  set_samples(parameters, samples);
+  parameters.samples = samples;
   const EmbreeDevice device;
   Model model;
   model.file = mesh;

@@ -36,7 +36,7 @@ PolygonMesh star(std::uint32_t corners, bool turned) {
 TEST_CASE("sample_triangles: the triangle of each sample of a polygon of many corners") {
   for (const bool turned : {false, true}) {
     SampleParameters parameters = parameters_for("direct");
-    set_samples(parameters, 500);
+    parameters.samples = 500;
     Model model;
     model.file = test::merged(star(60, turned), test::moved(star(40, !turned), 2, 0, 0, 1));
     run_stages(stages_of(parameters, nullptr), model);
@@ -72,7 +72,7 @@ TEST_CASE("descriptors of all pairs and tuples end when they are asked to") {
 TEST_CASE(
     "sample_triangles: weights and the triangle found re-create the point, polygons of several triangles") {
   SampleParameters parameters = parameters_for("direct");
-  set_samples(parameters, 300);
+  parameters.samples = 300;
   Model model;
   model.file = test::merged(test::cube(), test::moved(test::icosphere(2), 1, 4, 0, 0));
   run_stages(stages_of(parameters, nullptr), model);

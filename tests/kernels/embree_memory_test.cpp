@@ -27,7 +27,7 @@ Row sampled() {
   for (std::size_t v = 0; v < mesh.vertex_count(); ++v)
     positions.insert(positions.end(), {mesh.x[v], mesh.y[v], mesh.z[v]});
   SampleParameters parameters = parameters_for("conformal");
-  set_samples(parameters, 64);
+  parameters.samples = 64;
   return Sampler(parameters).sample(positions, triangles_of(mesh));
 }
 

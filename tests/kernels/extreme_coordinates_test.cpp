@@ -40,7 +40,7 @@ SampleParameters parameters_of(const ExtremeMethod& method) {
                                      Descriptor::d3,        Descriptor::d4,    Descriptor::geodesic,
                                      Descriptor::basics,    Descriptor::pairs, Descriptor::pairs_unsigned,
                                      Descriptor::harmonics, Descriptor::views, Descriptor::shapedna};
-  set_samples(parameters, samples);
+  parameters.samples = samples;
   return parameters;
 }
 
@@ -181,7 +181,7 @@ TEST_CASE("extreme coordinates: normalised, lifted off the chords, and with a cu
     for (const NormalizeKind kind : {NormalizeKind::unit_box, NormalizeKind::unit_sphere,
                                      NormalizeKind::unit_diagonal, NormalizeKind::pointnet}) {
       parameters = parameters_of(extreme_methods[1]);
-      parameters.place.normalize = kind;
+      parameters.normalize = kind;
       const Row row = sampled(mesh, parameters);
       check_whole(row);
       for (const float c : row.samples.points) CHECK(std::abs(c) <= 1.000001f);

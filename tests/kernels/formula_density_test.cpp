@@ -54,8 +54,8 @@ Model sampled(const PolygonMesh& file, const std::string& formula, SequenceKind 
   static const EmbreeDevice device;
   SampleParameters parameters;
   parameters.density = by_formula(formula);
-  parameters.place.sequence = sequence;
-  set_samples(parameters, samples);
+  parameters.sequence = sequence;
+  parameters.samples = samples;
   REQUIRE(validate(parameters).empty());
   Model model;
   model.file = file;
@@ -229,8 +229,8 @@ TEST_CASE("formula density: samples at curve vertices are redrawn by the density
     static const EmbreeDevice device;
     SampleParameters parameters = parameters_for("direct");
     parameters.density = by_formula(formula);
-    parameters.place.place = PlaceKind::vertex;
-    set_samples(parameters, 3000);
+    parameters.place = PlaceKind::vertex;
+    parameters.samples = 3000;
     Model model;
     model.file = square();
     model.key = make_random_key(3, {});

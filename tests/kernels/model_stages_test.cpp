@@ -55,7 +55,7 @@ std::vector<double> positions_of(const PolygonMesh& mesh) {
 
 SampleParameters small(std::string_view method) {
   SampleParameters parameters = parameters_for(method);
-  set_samples(parameters, 256);
+  parameters.samples = 256;
   parameters.density.kind = DensityKind::mean;
   parameters.describe.descriptors = {Descriptor::d2, Descriptor::geodesic, Descriptor::basics};
   parameters.curved = true;
@@ -123,7 +123,7 @@ TEST_CASE("Stages: a charted model sampled again equals one sampled from the sta
     run_stages(charting_stages(parameters), charted);
     for (const std::uint64_t seed : {1u, 2u}) {
       parameters.seed = seed;
-      parameters.place.sequence = seed == 1 ? SequenceKind::shifted : SequenceKind::stratified;
+      parameters.sequence = seed == 1 ? SequenceKind::shifted : SequenceKind::stratified;
       Model again = charted;
       again.key = make_random_key(seed, {});
       run_stages(placing_stages(parameters, &device), again);
@@ -143,11 +143,11 @@ TEST_CASE("Stages: charts over a coarse mesh, every order and locator, 1, 2 and 
     return model;
   };
   SampleParameters parameters = parameters_for("conformal");
-  set_samples(parameters, 700);
+  parameters.samples = 700;
   parameters.coarsen = {1, 400, 64};
   for (const ElementOrder order : {ElementOrder::hilbert, ElementOrder::peano, ElementOrder::balanced})
     for (const LocatorKind locate : {LocatorKind::embree, LocatorKind::elements}) {
-      parameters.order = order;
+      parameters.curve = order;
       parameters.locate = locate;
       const Model first = run(parameters, 1);
       REQUIRE(!first.coarse.empty());
@@ -159,8 +159,8 @@ TEST_CASE("Stages: charts over a coarse mesh, every order and locator, 1, 2 and 
       for (const std::size_t threads : {2u, 8u}) CHECK(same_samples(first.row, run(parameters, threads).row));
     }
   // Samples at the vertices of the elements; the survey's locator takes the charts of the surface itself.
-  parameters.order = ElementOrder::hilbert;
-  parameters.place.place = PlaceKind::vertex;
+  parameters.curve = ElementOrder::hilbert;
+  parameters.place = PlaceKind::vertex;
   CHECK(run(parameters, 1).row.samples.count() == 700);
   parameters.locate = LocatorKind::first_hit;
   const Model first_hit = run(parameters, 1);
@@ -173,7 +173,7 @@ TEST_CASE("Stages: the triangle of a sample is the one that a store names by pol
   for (const SamplingMethod& method : sampling_methods) {
     INFO(method.name);
     SampleParameters parameters = parameters_for(method.name);
-    set_samples(parameters, 500);
+    parameters.samples = 500;
     parameters.tensor_charts.segment.count = 5;
     const EmbreeDevice device;
     Model model;
@@ -216,7 +216,7 @@ TEST_CASE("Stages: without topology a consistent surface gets the same samples, 
   for (const char* method : {"auto", "direct"}) {
     INFO(method);
     SampleParameters parameters = parameters_for(method);
-    set_samples(parameters, 500);
+    parameters.samples = 500;
     const Row full = Sampler(parameters).sample(positions_of(mesh), mesh.corners);
     parameters.topology = false;
     const Row bare = Sampler(parameters).sample(positions_of(mesh), mesh.corners);
@@ -237,7 +237,7 @@ TEST_CASE("Stages: without topology normals follow the winding of the file") {
   for (std::size_t c = 0; c < mesh.corners.size(); c += 6)
     std::swap(mesh.corners[c + 1], mesh.corners[c + 2]);
   SampleParameters parameters = parameters_for("direct");
-  set_samples(parameters, 400);
+  parameters.samples = 400;
   parameters.topology = false;
   const Row row = Sampler(parameters).sample(positions_of(mesh), mesh.corners);
   REQUIRE(row.report.status == Status::ok);
@@ -255,7 +255,7 @@ TEST_CASE("locate_on_mesh: samples taken without topology lie where they were on
   for (std::size_t c = 0; c < mesh.corners.size(); c += 9)
     std::swap(mesh.corners[c + 1], mesh.corners[c + 2]);
   SampleParameters parameters = parameters_for("direct");
-  set_samples(parameters, 400);
+  parameters.samples = 400;
   parameters.topology = false;
   Row row = Sampler(parameters).sample(positions_of(mesh), mesh.corners);
   REQUIRE(row.report.status == Status::ok);
@@ -321,7 +321,7 @@ TEST_CASE("Sampler: a mesh with polygons and attributes is sampled as it is") {
   PolygonMesh mesh = test::cube();
   mesh.face_attributes.push_back({"wanted", {0, 1, 0, 0, 3, 0}});
   SampleParameters parameters = parameters_for("auto");
-  set_samples(parameters, 512);
+  parameters.samples = 512;
   parameters.density.kind = DensityKind::face_attribute;
   parameters.density.attribute = "wanted";
   const Row row = Sampler(parameters).sample(mesh);
@@ -343,7 +343,7 @@ TEST_CASE("Sampler: a mesh with polygons and attributes is sampled as it is") {
 
 TEST_CASE("Sampler: bad arrays and parameters are refused, bad meshes and lack of time are statuses") {
   SampleParameters parameters = parameters_for("direct");
-  parameters.place.jitter = 2;
+  parameters.jitter = 2;
   CHECK_THROWS_AS(Sampler(parameters), std::invalid_argument);
   const Sampler sampler(parameters_for("direct"));
   const std::vector<double> corners = {0, 0, 0, 1, 0, 0, 2, 0, 0};

@@ -43,7 +43,7 @@ double error_of(const ChartMap& map, LocatorKind locate, std::uint32_t samples) 
   Model model;
   SampleParameters parameters = parameters_for("conformal");
   parameters.locate = locate;
-  set_samples(parameters, samples);
+  parameters.samples = samples;
   model.file = spiral_ramp();
   charting_stages(parameters).front().run(model);
   model.charts = {hand_chart(model.surface, model.surface.components[0], map)};

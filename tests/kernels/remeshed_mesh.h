@@ -29,8 +29,8 @@ inline Remeshed remeshed(PolygonMesh file, std::uint32_t samples, const RemeshPa
   model.file = std::move(file);
   model.key = make_random_key(seed, {});
   SampleParameters parameters;
-  parameters.place.sequence = sequence;
-  set_samples(parameters, samples);
+  parameters.sequence = sequence;
+  parameters.samples = samples;
   run_stages(stages_of(parameters, nullptr), model);
   const Samples& s = model.row.samples;
   result.places = working_points(model.row.report, s.points, model.surface);

@@ -118,7 +118,7 @@ TEST_CASE("anisotropic sampling: exactly n distinct points, whatever the mesh, t
         SampleParameters parameters = anisotropic(kind, form);
         if (kind == TensorKind::constant) parameters.tensor.constant = {1, 0.2, 0, 3, 0.1, 0.6};
         for (const std::uint32_t n : {1u, 257u}) {
-          set_samples(parameters, n);
+          parameters.samples = n;
           const Row row = sampled(mesh, parameters);
           INFO(row.report.reason);
           REQUIRE(row.report.status == Status::ok);
@@ -140,7 +140,7 @@ TEST_CASE("anisotropic sampling: exactly n distinct points, whatever the mesh, t
 TEST_CASE("anisotropic sampling: the same samples for every number of threads") {
   for (const AlignmentForm form : forms) {
     SampleParameters parameters = anisotropic(TensorKind::curvature, form);
-    set_samples(parameters, 1000);
+    parameters.samples = 1000;
     Row rows[2];
     for (const std::size_t threads : {1u, 4u})
       rows[threads > 1] = on_threads(threads, [&] {
@@ -249,11 +249,11 @@ TEST_CASE("anisotropic sampling: the isotropic tensor gives samples as good as t
 TEST_CASE(
     "anisotropic sampling: lifted samples define the frame of pointnet, and spacings are in its units") {
   SampleParameters parameters = anisotropic();
-  set_samples(parameters, 500);
+  parameters.samples = 500;
   parameters.curved = true;
   const PolygonMesh mesh = moved(merged(torus(30, 16), moved(icosphere(1), 0.3, 3, 0, 0)), 5, 10, 20, 30);
   const Row plain = sampled(mesh, parameters);
-  parameters.place.normalize = NormalizeKind::pointnet;
+  parameters.normalize = NormalizeKind::pointnet;
   const Row row = sampled(mesh, parameters);
   REQUIRE(row.report.status == Status::ok);
   CHECK(row.samples.barycentric == plain.samples.barycentric);
@@ -273,7 +273,7 @@ TEST_CASE(
   CHECK(norm(mean) < 1e-7);
   CHECK(std::abs(farthest - 1) <= 0x1p-24);
   // The same in the order of the curve.
-  parameters.place.order = OrderKind::curve;
+  parameters.order = OrderKind::curve;
   const Row ordered = sampled(mesh, parameters);
   CHECK(ordered.report.loc == row.report.loc);
   CHECK(ordered.report.scale == row.report.scale);
@@ -284,7 +284,7 @@ TEST_CASE("anisotropic sampling: stored directions and spacings are those of the
   for (const NormalizeKind normalize :
        {NormalizeKind::none, NormalizeKind::unit_sphere, NormalizeKind::pointnet}) {
     SampleParameters parameters = anisotropic();
-    parameters.place.normalize = normalize;
+    parameters.normalize = normalize;
     ChartedModel model = charted(mesh, parameters, around_torus(mesh));
     constexpr std::uint32_t n = 2000;
     const Samples& samples = draw(model, n, 3);
@@ -420,7 +420,7 @@ TEST_CASE("anisotropic sampling: geodesic descriptors do not depend on segments"
   SampleParameters parameters = anisotropic(TensorKind::constant, AlignmentForm::gradient);
   parameters.tensor.constant = {1, 0, 0, 1, 0, 4};
   parameters.tensor_charts.segment.count = 12;
-  set_samples(parameters, 400);
+  parameters.samples = 400;
   parameters.describe.descriptors = {Descriptor::d2, Descriptor::geodesic};
   const Row row = sampled(icosphere(3), parameters);
   REQUIRE(row.report.status == Status::ok);
@@ -442,7 +442,7 @@ TEST_CASE(
     "unreadable") {
   SampleParameters parameters = anisotropic(TensorKind::vertex_attribute);
   parameters.tensor.attribute = "grain";
-  set_samples(parameters, 50);
+  parameters.samples = 50;
   const Row missing = sampled(icosphere(1), parameters);
   CHECK(missing.report.status == Status::missing_attribute);
   CHECK_THAT(missing.report.reason, ContainsSubstring("grain"));
@@ -471,7 +471,7 @@ TEST_CASE("anisotropic sampling: spacings so different that segments have no fin
     parameters.tensor.form = TensorForm::metric;
     parameters.tensor_charts.form = form;
     parameters.tensor_charts.segment.count = 16;
-    set_samples(parameters, 100);
+    parameters.samples = 100;
     const Row row = sampled(mesh, parameters);
     CHECK(row.report.status == Status::ok);
     CHECK(row.samples.count() == 100);

@@ -16,7 +16,7 @@ namespace {
 constexpr double not_there = std::numeric_limits<double>::quiet_NaN();
 
 Row sampled_row(const PolygonMesh& mesh, SampleParameters parameters = parameters_for("auto")) {
-  set_samples(parameters, 500);
+  parameters.samples = 500;
   Row row = Sampler(parameters).sample(mesh);
   REQUIRE(row.report.status == Status::ok);
   return row;

@@ -31,7 +31,7 @@ using Rgb = std::vector<std::uint8_t>;
 
 Model sampled(PolygonMesh mesh, std::uint32_t samples) {
   SampleParameters parameters = parameters_for("auto");
-  set_samples(parameters, samples);
+  parameters.samples = samples;
   parameters.colors = true;
   Model model;
   model.file = std::move(mesh);
@@ -137,7 +137,7 @@ TEST_CASE("sample_colors: the mean of 10000 samples is the integral over the sur
 TEST_CASE("sample_colors: colours do not move the points, and without them there are none") {
   PolygonMesh mesh = torus(12, 8);
   SampleParameters parameters = parameters_for("auto");
-  set_samples(parameters, 128);
+  parameters.samples = 128;
   Model plain;
   plain.file = mesh;
   plain.key = make_random_key(1, {});

@@ -49,7 +49,7 @@ BiasModel charted(const PolygonMesh& file, MethodChoice method, bool linear_dens
       height.values.push_back(2 + file.x[v] + 0.5 * file.z[v]);  // the shapes lie within 1.4 of the origin
     model.state.file.vertex_attributes.push_back(height);
   }
-  set_samples(model.parameters, samples_per_seed);
+  model.parameters.samples = samples_per_seed;
   run_stages(charting_stages(model.parameters), model.state);
   return model;
 }

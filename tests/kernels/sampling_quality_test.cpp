@@ -35,14 +35,14 @@ struct ChartedModel {
 ChartedModel flattened(PolygonMesh file, MethodChoice method, std::uint32_t samples) {
   ChartedModel model;
   model.parameters.method = method;
-  set_samples(model.parameters, samples);
+  model.parameters.samples = samples;
   model.state.file = std::move(file);
   run_stages(charting_stages(model.parameters), model.state);
   return model;
 }
 
 const Samples& sample(ChartedModel& model, std::uint32_t n, std::uint64_t seed) {
-  set_samples(model.parameters, n);
+  model.parameters.samples = n;
   model.state.key = make_random_key(seed, {});
   run_stages(placing_stages(model.parameters, &embree_device()), model.state);
   return model.state.row.samples;
@@ -116,14 +116,14 @@ void check_prefixes(ChartedModel& model, std::span<const RotatedBox> boxes, std:
     for (std::size_t i = 0; i < lengths.size(); ++i)
       squares[i] += std::pow(box_error_ratio(boxes, std::span(points).first(3 * lengths[i])), 2);
   }
-  model.parameters.place.sequence = of_fresh;
+  model.parameters.sequence = of_fresh;
   for (std::size_t i = 0; i < lengths.size(); ++i) {
     const double prefix = std::sqrt(squares[i] / static_cast<double>(seeds));
     const double fresh = rms_ratio(model, boxes, lengths[i], seeds, 1000);
     INFO("the first " << lengths[i] << " of " << n << ": " << prefix << ", fresh " << fresh);
     CHECK(prefix <= fresh * (1 + (i < powers ? powers_within : all_within)));
   }
-  model.parameters.place.sequence = SequenceKind::shifted;
+  model.parameters.sequence = SequenceKind::shifted;
 }
 
 std::string label(MethodChoice method) {

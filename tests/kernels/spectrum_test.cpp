@@ -221,8 +221,8 @@ TEST_CASE("radial_power: stratified samples along the Hilbert curve have the spe
   for (std::uint64_t seed = 1; seed <= sets; ++seed) {
     SampleParameters parameters = parameters_for("conformal");
     parameters.seed = seed;
-    set_samples(parameters, 1024);
-    parameters.place.sequence = SequenceKind::stratified;
+    parameters.samples = 1024;
+    parameters.sequence = SequenceKind::stratified;
     const Row row = Sampler(parameters).sample(positions, faces);
     PlanarSamples set;
     for (std::size_t i = 0; i < 1024; ++i) {

@@ -88,7 +88,7 @@ struct Surface {
 
 Model placed(const PolygonMesh& file, SampleParameters parameters, std::uint32_t samples, bool in_regions,
              RandomKey key = test_key) {
-  set_samples(parameters, samples);
+  parameters.samples = samples;
   REQUIRE(places_in_regions(parameters));
   Model model;
   model.file = file;
@@ -102,7 +102,7 @@ Model placed(const PolygonMesh& file, SampleParameters parameters, std::uint32_t
   OutputFrame frame = output_frame(model.surface, NormalizeKind::none);
   const ElementParameters elements = element_parameters(parameters);
   const auto place = [&](const auto& order) {
-    return place_samples(model.file, model.surface, model.measure.density, order, model.key, parameters.place,
+    return place_samples(model.file, model.surface, model.measure.density, order, model.key, place_parameters(parameters),
                          frame, repairs);
   };
   model.row.samples = elements.order == ElementOrder::balanced
@@ -256,7 +256,7 @@ TEST_CASE(
   for (const char* method : {"auto", "direct"})
     for (const SequenceKind sequence : {SequenceKind::shifted, SequenceKind::random}) {
       SampleParameters parameters = parameters_for(method);
-      parameters.place.sequence = sequence;
+      parameters.sequence = sequence;
       constexpr std::uint32_t n = 131073;
       const Model model = placed(torus(40, 20), parameters, n, true);
       const Samples& samples = model.row.samples;
@@ -296,9 +296,9 @@ TEST_CASE("place_samples: regions over charts keep components together, each wit
       if (sanitized && (order == ElementOrder::hilbert) != (sequence == SequenceKind::stratified)) continue;
       SampleParameters parameters = parameters_for("conformal");
       parameters.locate = LocatorKind::elements;
-      parameters.order = order;
-      parameters.place.sequence = sequence;
-      parameters.place.order = OrderKind::curve;
+      parameters.curve = order;
+      parameters.sequence = sequence;
+      parameters.order = OrderKind::curve;
       const Model model = placed(file, parameters, n, true);
       const std::vector<Component>& components = model.surface.components;
       REQUIRE(components.size() == 2);
@@ -345,9 +345,9 @@ TEST_CASE("samples_at: the blocks of sites are the samples that are placed as a 
         // Release builds take every sequence at curve vertices, too.
         if (sanitized && place == PlaceKind::vertex && sequence != SequenceKind::owen) continue;
         SampleParameters parameters = parameters_for(method);
-        parameters.place.normalize = normalize;
-        parameters.place.sequence = sequence;
-        parameters.place.place = place;
+        parameters.normalize = normalize;
+        parameters.sequence = sequence;
+        parameters.place = place;
         constexpr std::uint32_t n = 140001;
         const Model whole = placed(file, parameters, n, true);
         parameters.rows_only = true;
@@ -359,12 +359,12 @@ TEST_CASE("samples_at: the blocks of sites are the samples that are placed as a 
         CHECK(model.row.report.repairs.counts == whole.row.report.repairs.counts);
         CHECK(model.row.report.loc == whole.row.report.loc);
         CHECK(model.row.report.scale == whole.row.report.scale);
-        set_samples(parameters, n);
+        parameters.samples = n;
         const Samples& expected = whole.row.samples;
         std::vector<std::array<float, 3>> points;
         for (std::size_t begin = 0, end = 0; begin < n; begin = end) {
           end = std::min<std::size_t>(n, 3 * begin + 1);
-          const Samples block = samples_at(model, parameters.place, begin, end);
+          const Samples block = samples_at(model, place_parameters(parameters), begin, end);
           const auto same = [&](const auto& part, const auto& all) {
             const std::size_t width = part.size() / (end - begin);
             return part.size() == width * (end - begin) &&
@@ -389,14 +389,14 @@ TEST_CASE("samples_at: the blocks of sites are the samples that are placed as a 
 
 TEST_CASE("place_samples in regions: pointnet is the frame of all samples, for any number of threads") {
   SampleParameters parameters = parameters_for("auto");
-  parameters.place.normalize = NormalizeKind::pointnet;
+  parameters.normalize = NormalizeKind::pointnet;
   parameters.rows_only = true;
   parameters.most_kept_samples = 0;
   const PolygonMesh file = moved(merged(icosphere(2), moved(cube(), 0.2, 3, 0, 0)), 7, 100, -50, 20);
   constexpr std::uint32_t n = 140001;
   const Model model = on_threads(1, [&] { return placed(file, parameters, n, true); });
-  set_samples(parameters, n);
-  const Samples samples = samples_at(model, parameters.place, 0, n);
+  parameters.samples = n;
+  const Samples samples = samples_at(model, place_parameters(parameters), 0, n);
   Vector3 mean;
   double farthest = 0;
   for (std::size_t i = 0; i < n; ++i) {
@@ -415,9 +415,9 @@ TEST_CASE("leaves_sites: large sets on the surface that nobody needs as a whole"
   SampleParameters parameters = parameters_for("auto");
   parameters.rows_only = true;
   CHECK_FALSE(leaves_sites(parameters));
-  set_samples(parameters, 1 << 18);
+  parameters.samples = 1 << 18;
   CHECK_FALSE(leaves_sites(parameters));
-  set_samples(parameters, (1 << 18) + 1);
+  parameters.samples = (1 << 18) + 1;
   CHECK(leaves_sites(parameters));
   const auto with = [&](const auto& change) {
     SampleParameters other = parameters;
@@ -426,20 +426,20 @@ TEST_CASE("leaves_sites: large sets on the surface that nobody needs as a whole"
   };
   CHECK_FALSE(with([](SampleParameters& p) { p.rows_only = false; }));
   CHECK_FALSE(with([](SampleParameters& p) { p.method = MethodChoice::anisotropic; }));
-  CHECK_FALSE(with([](SampleParameters& p) { p.place.sequence = SequenceKind::spaced; }));
+  CHECK_FALSE(with([](SampleParameters& p) { p.sequence = SequenceKind::spaced; }));
   CHECK_FALSE(with([](SampleParameters& p) { p.curved = true; }));
   CHECK_FALSE(with([](SampleParameters& p) { p.colors = true; }));
   CHECK_FALSE(with([](SampleParameters& p) { p.texcoord = true; }));
   CHECK_FALSE(with([](SampleParameters& p) { p.attributes = {{"heat", 1}}; }));
   CHECK_FALSE(with([](SampleParameters& p) { p.describe.descriptors = {Descriptor::d2}; }));
   CHECK(with([](SampleParameters& p) { p.method = MethodChoice::conformal; }));
-  CHECK(with([](SampleParameters& p) { p.place.normalize = NormalizeKind::pointnet; }));
+  CHECK(with([](SampleParameters& p) { p.normalize = NormalizeKind::pointnet; }));
 }
 
 TEST_CASE("samples_at: what samples of a triangle share is what is looked up for each of them") {
   SampleParameters parameters = parameters_for("direct");
   parameters.rows_only = true;
-  set_samples(parameters, 300000);
+  parameters.samples = 300000;
   const auto placed_on = [&](const PolygonMesh& file) {
     Model model;
     model.file = file;
@@ -452,9 +452,9 @@ TEST_CASE("samples_at: what samples of a triangle share is what is looked up for
   REQUIRE(model.sites.shared.size() == model.surface.triangle_count());
   for (const std::size_t begin : {0u, 70001u, 299999u}) {
     const std::size_t end = std::min<std::size_t>(begin + 70000, 300000);
-    const Samples shared = samples_at(model, parameters.place, begin, end);
+    const Samples shared = samples_at(model, place_parameters(parameters), begin, end);
     const std::vector<SharedBySamples> records = std::exchange(model.sites.shared, {});
-    const Samples looked_up = samples_at(model, parameters.place, begin, end);
+    const Samples looked_up = samples_at(model, place_parameters(parameters), begin, end);
     model.sites.shared = records;
     CHECK(shared.points == looked_up.points);
     CHECK(shared.normals == looked_up.normals);
@@ -501,7 +501,7 @@ TEST_CASE("sites: those of large sets of uniform density have the first points o
                                            {"auto", SequenceKind::owen}}) {
       INFO(file.polygon_count() << " faces, " << method);
       SampleParameters parameters = parameters_for(method);
-      parameters.place.sequence = sequence;
+      parameters.sequence = sequence;
       parameters.rows_only = true;
       parameters.most_kept_samples = 0;
       const Model model = placed(file, parameters, n, true);

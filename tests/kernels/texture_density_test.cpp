@@ -77,7 +77,7 @@ Model sampled_model(const PolygonMesh& file, SampleParameters parameters, std::u
   static const EmbreeDevice device;
   parameters.density.kind = DensityKind::texture;
   parameters.colors = true;
-  set_samples(parameters, samples);
+  parameters.samples = samples;
   REQUIRE(validate(parameters).empty());
   Model model;
   model.file = file;
@@ -99,19 +99,19 @@ std::vector<Way> ways() {
   all.back().parameters.locate = LocatorKind::elements;
   all.push_back({"conformal, first hit", parameters_for("conformal")});
   all.back().parameters.locate = LocatorKind::first_hit;
-  all.back().parameters.place.place = PlaceKind::vertex;
+  all.back().parameters.place = PlaceKind::vertex;
   all.back().parameters.locator.curve.leaves_per_sample = 64;
   all.push_back({"direct at vertices", parameters_for("direct")});
-  all.back().parameters.place.place = PlaceKind::vertex;
+  all.back().parameters.place = PlaceKind::vertex;
   all.back().parameters.elements.elements_per_sample = 64;
   for (const char* method : {"auto", "direct"}) {
     all.push_back({"spaced", parameters_for(method)});
-    all.back().parameters.place.sequence = SequenceKind::spaced;
+    all.back().parameters.sequence = SequenceKind::spaced;
   }
   for (const char* method : {"auto", "direct"}) {
     all.push_back({"in regions", parameters_for(method), 200000});
     REQUIRE(places_in_regions([&] {
-      set_samples(all.back().parameters, 200000);
+      all.back().parameters.samples = 200000;
       return all.back().parameters;
     }()));
   }
@@ -243,7 +243,7 @@ TEST_CASE("texture density: every way of sampling puts the share of the integral
     const double n = way.samples;
     CHECK(static_cast<double>(wrong) <= 0.001 * n);  // at the edges of squares points are rounded
     const double bright = 1 / 1.02;
-    if (way.parameters.place.sequence == SequenceKind::spaced) {
+    if (way.parameters.sequence == SequenceKind::spaced) {
       // Samples that keep their distance from brighter places beside them: at jumps of the density dark
       // places get more than their share, those of faces as much as those of images.
       CHECK(light > 0.9 * n);

@@ -45,13 +45,13 @@ std::vector<Setting> settings(std::uint32_t samples) {
   const auto add = [&](const char* name, auto change) {
     Setting setting{name, parameters_for("conformal")};
     change(setting.parameters);
-    set_samples(setting.parameters, samples);
+    setting.parameters.samples = samples;
     all.push_back(std::move(setting));
   };
   using P = SampleParameters;
   add("conformal", [](P&) {});
   add("auto", [](P& p) { p = parameters_for("auto"); });
-  add("balanced over charts", [](P& p) { p.order = ElementOrder::balanced; });
+  add("balanced over charts", [](P& p) { p.curve = ElementOrder::balanced; });
   add("elements", [](P& p) { p.locate = LocatorKind::elements; });
   add("direct", [](P& p) { p.method = MethodChoice::direct; });
   const auto by_formula = [](P& p, const char* formula) {
@@ -68,17 +68,17 @@ std::vector<Setting> settings(std::uint32_t samples) {
   });
   add("auto spaced", [](P& p) {
     p = parameters_for("auto");
-    p.place.sequence = SequenceKind::spaced;
+    p.sequence = SequenceKind::spaced;
   });
   add("direct spaced, best, along", [](P& p) {
     p.method = MethodChoice::direct;
-    p.place.sequence = SequenceKind::spaced;
-    p.place.spacing = SpacingKind::best;
-    p.place.order = OrderKind::curve;
+    p.sequence = SequenceKind::spaced;
+    p.spacing = SpacingKind::best;
+    p.order = OrderKind::curve;
   });
   add("anisotropic spaced", [](P& p) {
     p.method = MethodChoice::anisotropic;
-    p.place.sequence = SequenceKind::spaced;
+    p.sequence = SequenceKind::spaced;
   });
   add("auto in blocks", [](P& p) {
     p = parameters_for("auto");
@@ -86,7 +86,7 @@ std::vector<Setting> settings(std::uint32_t samples) {
   });
   add("direct in blocks, random", [](P& p) {
     p.method = MethodChoice::direct;
-    p.place.sequence = SequenceKind::random;
+    p.sequence = SequenceKind::random;
     p.rows_only = true;
   });
   add("conformal in blocks", [](P& p) { p.rows_only = true; });
@@ -171,7 +171,7 @@ Peak peak_of(const fs::path& path, const Setting& setting, int threads, const Em
   GraphStages stages = sampling_stages(graph.sample, &device);
   if (setting.certify) stages.push_back({"certify_samples", certify});
   if (leaves_sites(parameters))
-    stages.push_back({"write_row", [&](GraphItem& item) { write_blocks(item, parameters.place, threads); }});
+    stages.push_back({"write_row", [&](GraphItem& item) { write_blocks(item, place_parameters(parameters), threads); }});
   Peak peak;
   peak.reserved = static_cast<double>(estimate_bytes(peek_mesh(path, plan.format), parameters, threads));
   const std::int64_t before = allocated_bytes();
@@ -274,8 +274,8 @@ TEST_CASE("estimate_bytes: fine triangles in a few cells, beside large ones that
                           parameters_for("auto")};
           setting.parameters.topology = topology;
           setting.parameters.rows_only = rows_only;
-          if (spaced) setting.parameters.place.sequence = SequenceKind::spaced;
-          set_samples(setting.parameters, 2048);
+          if (spaced) setting.parameters.sequence = SequenceKind::spaced;
+          setting.parameters.samples = 2048;
           oneapi::tbb::task_arena(threads).execute(
               [&] { check_models({scratch / "ball.ply"}, setting, threads, device); });
         }
@@ -307,8 +307,8 @@ TEST_CASE("estimate_bytes: cells of long needles take no more than is reserved, 
     for (const std::uint32_t samples : {2048u, 4000u, 16384u})
       for (const int threads : {1, 2}) {
         Setting setting{"needles", parameters_for("auto")};
-        setting.parameters.place.sequence = sequence;
-        set_samples(setting.parameters, samples);
+        setting.parameters.sequence = sequence;
+        setting.parameters.samples = samples;
         oneapi::tbb::task_arena(threads).execute(
             [&] { check_models({samples == 2048 ? few : many}, setting, threads, device); });
       }
@@ -327,7 +327,7 @@ TEST_CASE(
   const EmbreeDevice device;
   for (const int threads : {1, 2}) {
     Setting setting{"balls", parameters_for("auto")};
-    set_samples(setting.parameters, 16384);
+    setting.parameters.samples = 16384;
     oneapi::tbb::task_arena(threads).execute(
         [&] { check_models({scratch / "balls.obj"}, setting, threads, device); });
   }
@@ -380,7 +380,7 @@ TEST_CASE("estimate_bytes: a ramp whose chart covers itself fifteen times takes 
   for (const std::uint32_t samples : {20000u, 131072u})
     for (const int threads : {1, 2}) {
       Setting setting{"ramp", parameters_for("conformal")};
-      set_samples(setting.parameters, samples);
+      setting.parameters.samples = samples;
       oneapi::tbb::task_arena(threads).execute(
           [&] { check_models({scratch / "ramp.off"}, setting, threads, device); });
     }
@@ -424,7 +424,7 @@ TEST_CASE("estimate_bytes: models with attributes and texture coordinates take n
   const EmbreeDevice device;
   for (const std::uint32_t samples : {1u, 2048u, 50000u}) {
     Setting setting{"attributes", parameters_for("auto")};
-    set_samples(setting.parameters, samples);
+    setting.parameters.samples = samples;
     setting.parameters.attributes = {{"_PLACE", 3}, {"part", 1}, {"quality", 1}, {"wide", 2}};
     setting.parameters.texcoord = true;
     oneapi::tbb::task_arena(1).execute([&] { check_models(models, setting, 1, device); });
@@ -475,7 +475,7 @@ TEST_CASE("estimate_bytes: glTF copies, instances and morph targets take no more
   const EmbreeDevice device;
   for (const char* const method : {"auto", "conformal"}) {
     Setting setting{"at rest", parameters_for(method)};
-    set_samples(setting.parameters, 2048);
+    setting.parameters.samples = 2048;
     oneapi::tbb::task_arena(1).execute([&] {
       check_models({scratch / "morph.glb", scratch / "copies.glb", scratch / "instances.glb"}, setting, 1,
                    device);
@@ -492,7 +492,7 @@ TEST_CASE("estimate_bytes: a small glTF file that states many copies is too larg
       R"(,"meshes":[{"primitives":[{"attributes":{"POSITION":0},"indices":1}]}],"nodes":[{"mesh":0,"extensions":)"
       R"({"EXT_mesh_gpu_instancing":{"attributes":{"TRANSLATION":2}}}}])");
   SampleParameters parameters = parameters_for("auto");
-  set_samples(parameters, 2048);
+  parameters.samples = 2048;
   CHECK(estimate_bytes(peek_mesh(MemorySource(instances), MeshFormat::gltf), parameters, 1) > std::uint64_t{8}
                                                                                                   << 30);
 }
@@ -522,7 +522,7 @@ TEST_CASE("read_mesh: images are reserved for by their headers, before they are 
                                       {"png.obj", DensityKind::texture},
                                       {"jpeg.glb", DensityKind::texture_inverse}}) {
     SampleParameters parameters = parameters_for("auto");
-    set_samples(parameters, 512);
+    parameters.samples = 512;
     parameters.colors = true;
     parameters.density.kind = density;
     const GraphStages stages = sampling_stages(parameters, nullptr);
@@ -608,9 +608,9 @@ TEST_CASE("estimate_bytes: a million spaced samples take no more than is reserve
       for (const SequenceKind sequence : {SequenceKind::shifted, SequenceKind::spaced})
         for (const int threads : {1, 2}) {
           Setting setting{method, parameters_for(method)};
-          setting.parameters.place.sequence = sequence;
-          setting.parameters.place.order = order;
-          set_samples(setting.parameters, samples);
+          setting.parameters.sequence = sequence;
+          setting.parameters.order = order;
+          setting.parameters.samples = samples;
           oneapi::tbb::task_arena arena(threads);
           const Peak peak = arena.execute([&] { return peak_of(path, setting, threads, device); });
           INFO(method << (order == OrderKind::curve ? ", along" : ", progressive")

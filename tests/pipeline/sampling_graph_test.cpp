@@ -62,7 +62,7 @@ struct Setup {
     }
     parameters.threads = threads;
     parameters.memory_bytes = 20;
-    set_samples(parameters.sample, points);
+    parameters.sample.samples = points;
     sink.header = &header;
   }
   GraphResult run(const GraphStages& stages, const std::function<void(const FinishedItem&)>& observer = {}) {
@@ -414,7 +414,7 @@ struct LargeSet : Setup {
     parameters.sample = parameters_for("auto");
     parameters.sample.rows_only = true;
     parameters.sample.most_kept_samples = 0;
-    set_samples(parameters.sample, header.samples);
+    parameters.sample.samples = header.samples;
     stages = {{"read_mesh", [](GraphItem& item) {
                  item.model.file = test::torus(24, 12);
                  item.model.key = make_random_key(1, {});

@@ -280,7 +280,7 @@ class Arrays(unittest.TestCase):
         refused(ValueError, "method: `conformla` .*did you mean `conformal`", CUBE, QUADS, method="conformla")
         refused(ValueError, "`u` and `v` are texture coordinates, which meshes here do not have", CUBE, QUADS,
                 density="formula:u")
-        refused(ValueError, "apply to densities of curvature, not to formulas", CUBE, QUADS, density="formula:1",
+        refused(ValueError, "applies to densities of curvature", CUBE, QUADS, density="formula:1",
                 density_floor=0.5)
         refused(ValueError, "column 4", CUBE, QUADS, density="formula:1 +")
         refused(ValueError, "density: `texture` is read from the images of models", CUBE, QUADS, density="texture")

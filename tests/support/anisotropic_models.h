@@ -74,8 +74,8 @@ inline const Samples& draw(ChartedModel& model, std::uint32_t n, std::uint64_t s
                            SequenceKind sequence = SequenceKind::shifted) {
   static const EmbreeDevice device;
   SampleParameters parameters = model.parameters;
-  set_samples(parameters, n);
-  parameters.place.sequence = sequence;
+  parameters.samples = n;
+  parameters.sequence = sequence;
   model.state.key = make_random_key(seed, {});
   run_stages(placing_stages(parameters, &device), model.state);
   return model.state.row.samples;

@@ -21,9 +21,9 @@ struct SampledModel {
   SampledModel(PolygonMesh file, const char* method, SequenceKind sequence, OrderKind order,
                SpacingKind spacing = SpacingKind::standard)
       : parameters(parameters_for(method)) {
-    parameters.place.sequence = sequence;
-    parameters.place.order = order;
-    parameters.place.spacing = spacing;
+    parameters.sequence = sequence;
+    parameters.order = order;
+    parameters.spacing = spacing;
     state.file = std::move(file);
     run_stages(charting_stages(parameters), state);
   }
@@ -31,7 +31,7 @@ struct SampledModel {
   // In the working units of the prepared mesh, in the order of the file.
   std::vector<double> points(std::uint32_t n, std::uint64_t seed) {
     static const EmbreeDevice device;
-    set_samples(parameters, n);
+    parameters.samples = n;
     state.key = make_random_key(seed, {});
     run_stages(placing_stages(parameters, &device), state);
     const ItemReport& report = state.row.report;

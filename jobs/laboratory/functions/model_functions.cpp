@@ -10,7 +10,7 @@ namespace meander {
 
 SampleParameters parameters_of(const LaboratoryArguments& given) {
   SampleParameters parameters = parameters_of_run(given.words("run"));
-  set_samples(parameters, static_cast<std::uint32_t>(given.whole("n", parameters.place.samples)));
+  parameters.samples = static_cast<std::uint32_t>(given.whole("n", parameters.samples));
   parameters.seed = given.whole("seed", parameters.seed);
   parameters.locator.curve.leaves_per_sample =
       given.real("leaves_per_sample", parameters.locator.curve.leaves_per_sample);

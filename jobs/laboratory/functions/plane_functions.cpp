@@ -22,7 +22,7 @@ namespace {
 SurfaceSampleParameters surface_parameters(const LaboratoryArguments& given) {
   check_surface_name(given.text("surface"));
   SurfaceSampleParameters parameters;
-  set_surface_density(given.text("density", "uniform"), parameters.density);
+  take_surface_density(given.text("density", "uniform"), parameters.density);
   parameters.density.floor = given.real("density_floor", parameters.density.floor);
   parameters.curve = value_of(curve_words, given.text("curve", "hilbert"));
   parameters.sequence = value_of(sequence_words, given.text("sequence", "shifted"));

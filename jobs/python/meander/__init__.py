@@ -13,9 +13,12 @@ Every function releases the interpreter's lock while it works, and results do no
 calls end at Ctrl-C. A process that was forked after a call should keep to threads=1 (or be spawned instead).
 """
 import dataclasses
+import difflib
 import functools
+import inspect
 import operator
 import os
+import textwrap
 
 import numpy
 
@@ -102,8 +105,9 @@ def _sampler_of(options):
 
 def _sampler(options):
     """The one with these options: those that cast rays take a moment to make."""
-    for name in ("n", "seed", "bins"):
-        options[name] = operator.index(options[name])
+    for row in _core.settings("mesh"):
+        if row["type"] == "int" and row["keyword"] in options:
+            options[row["keyword"]] = operator.index(options[row["keyword"]])
     return _sampler_of(tuple(options.items()))
 
 
@@ -146,29 +150,50 @@ def _arrays(vertices, faces):
     return vertices, faces
 
 
-def sample(vertices, faces=None, n=2048, *, seed=1, method="auto", sequence="shifted", density="uniform",
-           density_at=None, order="progressive", normalize="none", spacing="default", curve=None, curved=False,
-           density_floor=0.02, density_exponent=1.0, normals=None, topology=True, describe=(), bins=32, content=None,
-           check=True, threads=0, timeout=None):
+def _with_settings(kind):
+    """Gives a function with **settings those of the library: in its signature, and in its docstring at {settings}."""
+    def decorate(function):
+        signature = inspect.signature(function)
+        own = [p for p in signature.parameters.values() if p.kind is not p.VAR_KEYWORD]
+        rows = [row for row in _core.settings(kind) if row["keyword"] not in signature.parameters]
+        names = {row["keyword"] for row in rows}
+
+        @functools.wraps(function)
+        def checked(*arguments, **keywords):
+            for name in keywords:
+                if name not in names and name not in signature.parameters:
+                    near = difflib.get_close_matches(name, [*names, *signature.parameters], 1)
+                    raise TypeError("%s() got an unexpected keyword argument %r%s" % (
+                        function.__name__, name, near and "; did you mean %r?" % near[0] or ""))
+            return function(*arguments, **keywords)
+
+        checked.__signature__ = signature.replace(parameters=own + [
+            inspect.Parameter(row["keyword"], inspect.Parameter.KEYWORD_ONLY, 
+                              default=float(row["default"]) if row["type"] == "float" else row["default"])
+            for row in rows])
+        checked.__doc__ = function.__doc__.replace("{settings}", "\n    ".join(
+            textwrap.fill("%s: %s%s." % (row["keyword"], "/".join(row["words"]) + "; " if row["words"] else "", row["help"]),
+                          116, subsequent_indent=8 * " ") for row in rows).lstrip())
+        return checked
+    return decorate
+
+
+@_with_settings("mesh")
+def sample(vertices, faces=None, n=2048, *, density="uniform", density_at=None, normals=None, topology=True, describe=(),
+           content=None, check=True, threads=0, timeout=None, **settings):
     """Samples a mesh: exactly n points, as `meander run` places them.
 
     vertices: (V, 3) real numbers, any units; faces: (F, k) numbers of vertices, k >= 3 (polygons are triangulated).
         Or one object with both as attributes, a `Mesh` for example.
-    n: points, 1 to 2^31. seed: 0 to 2^64 - 1.
-    method: "auto", "direct", "conformal" or "anisotropic". sequence: "shifted", "stratified", "owen", "regular",
-        "random" or "spaced" (samples keep their distance; `spacing` "fast", "default" or "best").
+    n: points, 1 to 2^31.
     density: "uniform", "mean", "gaussian", "max" (curvature), "formula:TEXT" in x, y, z, nx, ny, nz, mean and gaussian
         ("unit-formula:TEXT" in lengths of the unit box), or numbers >= 0 at the V vertices or F faces
         (`density_at` says which where V = F). Points are distributed by area x density.
-    order: "progressive" or "curve". curve: "hilbert", "peano", "peano-meander" or "balanced".
-    normalize: "none"; "unit-sphere", "unit-box" or "unit-diagonal": the centre of the box at 0, and the farthest vertex
-        of a face at distance 1, the longest side of the box 1, or its diagonal 1 (ShapeNet); "pointnet": the mean of
-        the n samples at 0, the farthest sample at distance 1. `loc` and `scale` undo each.
-    curved: lift the points to the smooth surface that the mesh approximates.
+    {settings}
     normals: (V, 3), interpolated at the samples; without them normals are those of the triangles.
     topology: with False triangles are taken as they are, which is faster: normals follow their winding, and components,
         genus and boundaries are 0 (methods "auto" and "direct" without curvature densities).
-    describe: names of descriptors (see descriptor_names), with `bins` bins.
+    describe: names of descriptors (see descriptor_names).
     content: 32 bytes (or 64 hexadecimal digits) that name the model. The points are a pure function of the mesh, the
         options and these. `content_of(file)` gives those of a file, and with them the points that `meander run` stores
         for it. By default a digest of vertices and faces, whatever the types of their arrays.
@@ -189,9 +214,7 @@ def sample(vertices, faces=None, n=2048, *, seed=1, method="auto", sequence="shi
             ...
         meander.SamplingError: zero_area: the 1 triangles have no area (at most 1e-14 of the diagonal squared)
     """
-    options = dict(n=n, seed=seed, method=method, sequence=sequence, order=order, normalize=normalize, spacing=spacing,
-                   curve=curve, curved=curved, density_floor=density_floor, density_exponent=density_exponent,
-                   topology=topology, describe=_names(describe), bins=bins)
+    options = dict(n=n, topology=topology, describe=_names(describe), **settings)
     values = None if isinstance(density, str) else numpy.asarray(density)
     if isinstance(vertices, Mesh) and faces is None:
         if normals is not None or content is not None or values is not None:
@@ -213,9 +236,9 @@ def sample(vertices, faces=None, n=2048, *, seed=1, method="auto", sequence="shi
         vertices, faces, normals, values, of_faces, _content(content), check, threads, timeout))
 
 
-def sample_many(meshes, n=2048, *, threads=0, errors="raise", seed=1, method="auto", sequence="shifted",
-                density="uniform", order="progressive", normalize="none", spacing="default", curve=None, curved=False,
-                density_floor=0.02, density_exponent=1.0, topology=True, describe=(), bins=32, check=True, timeout=None):
+@_with_settings("mesh")
+def sample_many(meshes, n=2048, *, threads=0, errors="raise", density="uniform", describe=(), check=True, timeout=None,
+                **settings):
     """Samples many meshes at a time, one a thread; large ones use idle threads too.
 
     meshes: any iterable (a generator too: only a few meshes are in memory beside their arrays) of (vertices, faces),
@@ -236,10 +259,7 @@ def sample_many(meshes, n=2048, *, threads=0, errors="raise", seed=1, method="au
         raise ValueError("errors is %r: \"raise\" or \"return\"" % (errors,))
     if not isinstance(density, str) or density in ("vertices", "faces"):
         raise TypeError("the density of sample_many is a word; give numbers to sample()")
-    sampler = _sampler(dict(
-        n=n, seed=seed, method=method, sequence=sequence, order=order, normalize=normalize, spacing=spacing, curve=curve,
-        curved=curved, density_floor=density_floor, density_exponent=density_exponent, topology=topology,
-        describe=_names(describe), bins=bins, density=density))
+    sampler = _sampler(dict(n=n, describe=_names(describe), density=density, **settings))
 
     def one(mesh):
         if isinstance(mesh, (str, os.PathLike)):
@@ -307,16 +327,16 @@ def measure_boxes(points, vertices, faces=None, *, boxes=1000, seed=1):
     return _core.measure_boxes(points, Mesh.of_arrays(vertices, faces, None, None, False, b"\0" * 32, True), boxes, seed)
 
 
-def surface(shape, n=2048, *, seed=1, sequence="shifted", density="uniform", order="progressive", spacing="default",
-            curve=None, density_floor=0.02, density_exponent=1.0, tolerance=1e-3, content=None, threads=0, timeout=None):
+@_with_settings("surface")
+def surface(shape, n=2048, *, tolerance=1e-3, content=None, threads=0, timeout=None, **settings):
     """Samples a parametric surface over the unit square.
 
     shape: a name of surface_names(), three formulas for x, y and z in u and v as "u, v, sin(6*u)", a .nurbs or .png
         file (see `meander surface`), or a function of two arrays u, v of k
         numbers in [0, 1] that returns positions (k, 3), or a tuple of three arrays. A function is called again and again
         from this thread, with up to some 100,000 parameters; its derivatives are differences.
-    density: "uniform", "mean", "gaussian", "max", or an expression in u, v, x, y, z.
     tolerance: relative error of the measures. content: of a function; by default a digest of a grid of its values.
+    {settings}
 
     Returns Samples with `uv` instead of faces, corners and weights of corners; errors as in sample.
 
@@ -327,8 +347,7 @@ def surface(shape, n=2048, *, seed=1, sequence="shifted", density="uniform", ord
         >>> meander.surface("torus", n=512).uv.shape
         (512, 2)
     """
-    options = dict(n=n, seed=seed, sequence=sequence, density=density, order=order, spacing=spacing, curve=curve,
-                   density_floor=density_floor, density_exponent=density_exponent)
+    options = dict(n=n, **settings)
     if callable(shape):
         return _samples(_core.sample_callable_surface(shape, tolerance, timeout, _content(content), **options))
     if content is not None:

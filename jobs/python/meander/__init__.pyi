@@ -8,12 +8,12 @@ from .store import Store as Store, StoreDataset as StoreDataset, open_store as o
 
 __version__: str
 
-Method = Literal["auto", "conformal", "direct", "anisotropic"]
-Sequence_ = Literal["shifted", "stratified", "owen", "regular", "random", "spaced"]
-Order = Literal["progressive", "curve"]
-Normalize = Literal["none", "unit-sphere", "unit-box", "unit-diagonal", "pointnet"]
-Spacing = Literal["fast", "default", "best"]
-Curve = Literal["hilbert", "peano", "peano-meander", "balanced"]
+MethodWord = Literal["auto", "conformal", "direct", "anisotropic"]
+SequenceWord = Literal["shifted", "stratified", "owen", "regular", "random", "spaced"]
+SpacingWord = Literal["fast", "default", "best"]
+OrderWord = Literal["progressive", "curve"]
+CurveWord = Literal["hilbert", "peano", "peano-meander", "balanced"]
+NormalizeWord = Literal["none", "unit-sphere", "unit-box", "unit-diagonal", "pointnet"]
 Content = Union[bytes, str, None]
 Path = Union[str, "os.PathLike[str]"]
 
@@ -64,39 +64,40 @@ class Samples:
     def coordinates(self) -> NDArray[numpy.float64]: ...
     def interpolate(self, values: ArrayLike) -> NDArray[numpy.float64]: ...
 
-def sample(vertices: Any, faces: Optional[ArrayLike] = None, n: int = 2048, *, seed: int = 1, method: Method = "auto",
-           sequence: Sequence_ = "shifted", density: Union[str, ArrayLike] = "uniform",
-           density_at: Optional[Literal["vertices", "faces"]] = None, order: Order = "progressive",
-           normalize: Normalize = "none", spacing: Spacing = "default", curve: Optional[Curve] = None,
-           curved: bool = False, density_floor: float = 0.02, density_exponent: float = 1.0,
+def sample(vertices: Any, faces: Optional[ArrayLike] = None, n: int = 2048, *, density: Union[str,
+           ArrayLike] = "uniform", density_at: Optional[Literal["vertices", "faces"]] = None,
            normals: Optional[ArrayLike] = None, topology: bool = True, describe: Union[str, Sequence[str]] = (),
-           bins: int = 32, content: Content = None, check: bool = True, threads: int = 0,
-           timeout: Optional[float] = None) -> Samples: ...
+           content: Content = None, check: bool = True, threads: int = 0, timeout: Optional[float] = None,
+           method: MethodWord = "auto", density_floor: float = 0.02, density_exponent: float = 1.0,
+           sequence: SequenceWord = "shifted", spacing: SpacingWord = "default", order: OrderWord = "progressive",
+           curve: Optional[CurveWord] = None, seed: int = 1, normalize: NormalizeWord = "none", curved: bool = False,
+           bins: int = 32) -> Samples: ...
 @overload
 def sample_many(meshes: Iterable[Any], n: int = 2048, *, threads: int = 0, errors: Literal["raise"] = "raise",
-                seed: int = 1, method: Method = "auto", sequence: Sequence_ = "shifted", density: str = "uniform",
-                order: Order = "progressive", normalize: Normalize = "none", spacing: Spacing = "default",
-                curve: Optional[Curve] = None, curved: bool = False, density_floor: float = 0.02,
-                density_exponent: float = 1.0, topology: bool = True, describe: Union[str, Sequence[str]] = (),
-                bins: int = 32, check: bool = True, timeout: Optional[float] = None) -> List[Samples]: ...
+                density: str = "uniform", describe: Union[str, Sequence[str]] = (), check: bool = True,
+                timeout: Optional[float] = None, method: MethodWord = "auto", density_floor: float = 0.02,
+                density_exponent: float = 1.0, sequence: SequenceWord = "shifted", spacing: SpacingWord = "default",
+                order: OrderWord = "progressive", curve: Optional[CurveWord] = None, seed: int = 1,
+                normalize: NormalizeWord = "none", curved: bool = False, topology: bool = True,
+                bins: int = 32) -> List[Samples]: ...
 @overload
 def sample_many(meshes: Iterable[Any], n: int = 2048, *, threads: int = 0, errors: Literal["return"],
-                seed: int = 1, method: Method = "auto", sequence: Sequence_ = "shifted", density: str = "uniform",
-                order: Order = "progressive", normalize: Normalize = "none", spacing: Spacing = "default",
-                curve: Optional[Curve] = None, curved: bool = False, density_floor: float = 0.02,
-                density_exponent: float = 1.0, topology: bool = True, describe: Union[str, Sequence[str]] = (),
-                bins: int = 32, check: bool = True,
-                timeout: Optional[float] = None) -> List[Union[Samples, Exception]]: ...
+                density: str = "uniform", describe: Union[str, Sequence[str]] = (), check: bool = True,
+                timeout: Optional[float] = None, method: MethodWord = "auto", density_floor: float = 0.02,
+                density_exponent: float = 1.0, sequence: SequenceWord = "shifted", spacing: SpacingWord = "default",
+                order: OrderWord = "progressive", curve: Optional[CurveWord] = None, seed: int = 1,
+                normalize: NormalizeWord = "none", curved: bool = False, topology: bool = True,
+                bins: int = 32) -> List[Union[Samples, Exception]]: ...
 def describe(vertices: Any, faces: Optional[ArrayLike] = None, descriptors: Union[str, Sequence[str]] = "pairs", *,
              n: int = 1024, seed: int = 1, bins: int = 32, content: Content = None, check: bool = True,
              threads: int = 0, timeout: Optional[float] = None) -> Dict[str, NDArray[numpy.float32]]: ...
 def measure_boxes(points: ArrayLike, vertices: Any, faces: Optional[ArrayLike] = None, *, boxes: int = 1000,
                   seed: int = 1) -> float: ...
 def surface(shape: Union[Path, Callable[[NDArray[numpy.float64], NDArray[numpy.float64]], Any]], n: int = 2048, *,
-            seed: int = 1, sequence: Sequence_ = "shifted", density: str = "uniform", order: Order = "progressive",
-            spacing: Spacing = "default", curve: Optional[Curve] = None, density_floor: float = 0.02,
-            density_exponent: float = 1.0, tolerance: float = 1e-3, content: Content = None, threads: int = 0,
-            timeout: Optional[float] = None) -> Samples: ...
+            tolerance: float = 1e-3, content: Content = None, threads: int = 0, timeout: Optional[float] = None,
+            density: str = "uniform", density_floor: float = 0.02, density_exponent: float = 1.0,
+            curve: CurveWord = "hilbert", sequence: SequenceWord = "shifted", spacing: SpacingWord = "default",
+            order: OrderWord = "progressive", seed: int = 1) -> Samples: ...
 def surface_names() -> List[str]: ...
 def descriptor_names() -> List[str]: ...
 def read_mesh(path: Path) -> Mesh: ...

@@ -4,6 +4,7 @@ ctypes releases the interpreter's lock for every call. Long work is looked at fr
 run meanwhile.
 """
 import ctypes
+import functools
 import json
 import math
 import operator
@@ -439,6 +440,12 @@ def measure_boxes(points, mesh, boxes, seed):
 
 
 __version__ = _about()["version"]
+
+
+@functools.lru_cache(maxsize=2)
+def settings(kind):
+    """Rows of {keyword, type, default, words, help}. kind: "mesh" or "surface"."""
+    return _about()[kind + "_settings"]
 
 
 def surface_names():

@@ -1,0 +1,65 @@
+"""The stub of the Python package, from stub.pyi.in and the settings that the library names.
+
+    PYTHONPATH=build/release/python python3 jobs/python/make_stub.py           writes jobs/python/meander/__init__.pyi
+    PYTHONPATH=build/release/python python3 jobs/python/make_stub.py --check   exit status 1 where it is another
+"""
+import os
+import re
+import sys
+import textwrap
+
+sys.path.pop(0)  # this folder has the package's sources, without its library
+from meander import _core  # noqa: E402
+
+FOLDER = os.path.dirname(os.path.abspath(__file__))
+STUB = os.path.join(FOLDER, "meander", "__init__.pyi")
+
+
+def alias(keyword):
+    return keyword.capitalize() + "Word"
+
+
+def parameter(row):
+    optional = row["default"] is None
+    kind = alias(row["keyword"]) if row["words"] else row["type"]
+    default = float(row["default"]) if row["type"] == "float" else row["default"]
+    return "%s: %s = %s" % (row["keyword"], "Optional[%s]" % kind if optional else kind,
+                            '"%s"' % default if isinstance(default, str) else default)
+
+
+def wrapped(line):
+    if len(line) <= 120 or not line.startswith("def "):
+        return line
+    for whole in (" = ", ": ", " -> "):  # no line ends within a parameter
+        line = line.replace(whole, whole.replace(" ", "\xa0"))
+    return textwrap.fill(line, 120, subsequent_indent=" " * (line.index("(") + 1), break_long_words=False,
+                         break_on_hyphens=False).replace("\xa0", " ")
+
+
+def stub():
+    rows = {kind: _core.settings(kind) for kind in ("mesh", "surface")}
+    aliases = {row["keyword"]: "%s = Literal[%s]" % (alias(row["keyword"]), ", ".join('"%s"' % w for w in row["words"]))
+               for row in rows["mesh"] if row["words"]}
+    lines = []
+    for line in open(os.path.join(FOLDER, "stub.pyi.in")):
+        line = line.rstrip("\n")
+        if line == "{aliases}":
+            lines += aliases.values()
+            continue
+        own = set(re.findall(r"(\w+): ", line))
+        for kind, settings in rows.items():
+            line = line.replace("{%s}" % kind, ", ".join(parameter(row) for row in settings if row["keyword"] not in own))
+        lines.append(wrapped(line))
+    return "\n".join(lines) + "\n"
+
+
+def main():
+    if "--check" not in sys.argv:
+        with open(STUB, "w") as file:
+            file.write(stub())
+    elif open(STUB).read() != stub():
+        sys.exit("%s is not what jobs/python/make_stub.py makes: run it" % STUB)
+
+
+if __name__ == "__main__":
+    main()

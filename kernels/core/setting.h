@@ -1,0 +1,260 @@
+// Settings that have one home: a list has each setting's name, option, range or words, help and place in a
+// struct, and command line, stored parameters, Python and pages of help are made from the list by loops.
+#pragma once
+
+#include <charconv>
+#include <concepts>
+#include <cstdint>
+#include <functional>
+#include <set>
+#include <span>
+#include <string>
+#include <string_view>
+#include <system_error>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "kernels/core/check_range.h"
+#include "kernels/core/spelling.h"
+
+namespace meander {
+
+// A value of an enum and its word.
+template <class Enum>
+struct Word {
+  const char* text;
+  Enum value;
+};
+
+template <class Enum, std::size_t N>
+std::vector<std::string> all_words(const Word<Enum> (&words)[N]) {
+  std::vector<std::string> texts;
+  for (const auto& word : words) texts.push_back(word.text);
+  return texts;
+}
+
+// The word of a value; empty for one that has none.
+template <class Enum, std::size_t N>
+const char* text_of(const Word<Enum> (&words)[N], Enum value) {
+  for (const auto& word : words)
+    if (word.value == value) return word.text;
+  return "";
+}
+
+// Sets the value of a word; false, nothing changed, for other texts.
+template <class Enum, std::size_t N>
+bool take_word(const Word<Enum> (&words)[N], std::string_view text, Enum& value) {
+  for (const auto& word : words)
+    if (text == word.text) {
+      value = word.value;
+      return true;
+    }
+  return false;
+}
+
+// The texts with commas between them.
+template <class Texts>
+std::string joined_texts(const Texts& texts, const char* between = ", ") {
+  std::string all;
+  for (const auto& text : texts) all += (all.empty() ? "" : between) + std::string(text);
+  return all;
+}
+
+// What is wrong with a text that is none of the words: one sentence, with the nearest of them.
+template <class Texts>
+std::string none_of(std::string_view text, const Texts& words) {
+  const std::string near = nearest(text, words);
+  return "`" + std::string(text) + "` is none of " + joined_texts(words, "|") +
+         (near.empty() ? "" : "; did you mean `" + near + "`?");
+}
+
+using SettingValue = std::variant<bool, int, std::uint32_t, std::uint64_t, double, std::string>;
+
+// A setting has a number (or flag), a text, or a value that follows from others and no option sets.
+template <class Settings>
+struct Setting {
+  using Number = std::variant<bool*, int*, std::uint32_t*, std::uint64_t*, double*>;
+
+  std::string name;                           // in stored parameters
+  std::string option;                         // "-n,--samples"; empty: none
+  std::string heading;                        // that the option is under in the help
+  std::string help;                           // of the option
+  std::string keyword;                        // of Python; empty: none
+  std::vector<std::string> words;             // the only texts that it takes; empty: any
+  std::pair<std::string, std::string> truth;  // words for true and false in Python; empty: none
+  double low = 0, high = 0;                   // of a number; equal: any
+  bool is_list = false;       // the option may be repeated, or take several separated by commas
+  bool shows_default = true;  // in the help
+  std::function<Number(Settings&)> number;
+  std::function<SettingValue(const Settings&)> value;
+  std::function<std::string(Settings&, std::string_view)> set;  // returns what is wrong with the text, or ""
+  std::function<bool(const Settings&)> recorded;                // empty: always
+  // Whether it acts; where it does not and was given, the sentence says to what it applies.
+  std::function<bool(const Settings&)> acts;
+  std::string applies_to;
+
+  // In the form "--samples".
+  std::string long_option() const { return option.substr(option.rfind(',') + 1); }
+
+  Setting& in_python(std::string as) { return keyword = std::move(as), *this; }
+  Setting& as_truth(std::string yes, std::string no) {
+    return truth = {std::move(yes), std::move(no)}, *this;
+  }
+  Setting& list() { return is_list = true, *this; }
+  Setting& without_default() { return shows_default = false, *this; }
+  Setting& only_recorded(std::function<bool(const Settings&)> when) {
+    return recorded = std::move(when), *this;
+  }
+  Setting& acting(std::function<bool(const Settings&)> when, std::string where) {
+    return acts = std::move(when), applies_to = std::move(where), *this;
+  }
+};
+
+// Sets a number or a flag from a text: "true" or "false" for flags. Returns what is wrong with it, or "".
+template <class Number>
+std::string set_number(Number& number, std::string_view text, double low, double high) {
+  Number value{};
+  if constexpr (std::same_as<Number, bool>) {
+    value = text == "true";
+    if (!value && text != "false") return "`" + std::string(text) + "` is neither true nor false";
+  } else {
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (error != std::errc() || end != text.data() + text.size())
+      return "`" + std::string(text) + "` is not a number that is possible here";
+    std::vector<std::string> problems;
+    if (low < high) check_range(problems, "it", static_cast<double>(value), low, high);
+    if (!problems.empty()) return problems.front();
+  }
+  number = value;
+  return "";
+}
+
+template <class Settings>
+class SettingList {
+ public:
+  using Item = Setting<Settings>;
+
+  // The settings that follow are under this heading of the help.
+  void under(std::string heading) { heading_ = std::move(heading); }
+
+  // at: from the settings to a reference to a number or a flag, as of a const Settings.
+  template <class At>
+  Item& number(std::string name, std::string option, At at, double low, double high, std::string help) {
+    Item& item = add(std::move(name), std::move(option), std::move(help));
+    item.low = low;
+    item.high = high;
+    item.number = [at](Settings& settings) { return typename Item::Number(&at(settings)); };
+    item.value = [at](const Settings& settings) { return SettingValue(at(settings)); };
+    item.set = [at, low, high](Settings& settings, std::string_view text) {
+      return set_number(at(settings), text, low, high);
+    };
+    return item;
+  }
+  template <class At>
+  Item& flag(std::string name, std::string option, At at, std::string help) {
+    return number(std::move(name), std::move(option), at, 0, 0, std::move(help));
+  }
+  // One of the words for the values of an enum; they must live as long as the list.
+  template <class At, class Enum, std::size_t N>
+  Item& word(std::string name, std::string option, At at, const Word<Enum> (&words)[N], std::string help) {
+    Item& item = text(
+        std::move(name), std::move(option),
+        [at, &words](const Settings& settings) { return std::string(text_of(words, Enum(at(settings)))); },
+        [at, &words](Settings& settings, std::string_view text) {
+          Enum value{};
+          if (!take_word(words, text, value)) return none_of(text, all_words(words));
+          at(settings) = value;
+          return std::string();
+        },
+        std::move(help));
+    item.words = all_words(words);
+    return item;
+  }
+  Item& text(std::string name, std::string option, std::function<std::string(const Settings&)> get,
+             std::function<std::string(Settings&, std::string_view)> set, std::string help) {
+    Item& item = add(std::move(name), std::move(option), std::move(help));
+    item.value = [get = std::move(get)](const Settings& settings) { return SettingValue(get(settings)); };
+    item.set = std::move(set);
+    return item;
+  }
+  // A value that follows from others, or that no option changes: it is recorded.
+  template <class Get>
+  Item& constant(std::string name, Get get) {
+    Item& item = add(std::move(name), "", "");
+    item.value = [get](const Settings& settings) { return SettingValue(get(settings)); };
+    return item;
+  }
+  // The settings of a part.
+  template <class Part>
+  void append(const SettingList<Part>& of_part, Part Settings::*part) {
+    for (const Setting<Part>& from : of_part.items()) {
+      Item& item = add(from.name, from.option, from.help);
+      item.keyword = from.keyword;
+      item.words = from.words;
+      item.truth = from.truth;
+      item.low = from.low;
+      item.high = from.high;
+      item.is_list = from.is_list;
+      item.shows_default = from.shows_default;
+      item.applies_to = from.applies_to;
+      item.value = [get = from.value, part](const Settings& s) { return get(s.*part); };
+      if (from.number) item.number = [at = from.number, part](Settings& s) { return at(s.*part); };
+      if (from.set)
+        item.set = [set = from.set, part](Settings& s, std::string_view text) { return set(s.*part, text); };
+      if (from.recorded)
+        item.recorded = [is = from.recorded, part](const Settings& s) { return is(s.*part); };
+      if (from.acts) item.acts = [is = from.acts, part](const Settings& s) { return is(s.*part); };
+    }
+  }
+
+  std::span<const Item> items() const { return items_; }
+  // Null where there is none.
+  const Item* named(std::string_view name) const {
+    return find([&](const Item& i) { return i.name == name; });
+  }
+  const Item* with_keyword(std::string_view keyword) const {
+    return find([&](const Item& i) { return !keyword.empty() && i.keyword == keyword; });
+  }
+
+ private:
+  Item& add(std::string name, std::string option, std::string help) {
+    Item& item = items_.emplace_back();
+    item.name = std::move(name);
+    item.option = std::move(option);
+    item.help = std::move(help);
+    item.heading = heading_;
+    return item;
+  }
+  template <class Is>
+  const Item* find(const Is& is) const {
+    for (const Item& item : items_)
+      if (is(item)) return &item;
+    return nullptr;
+  }
+  std::vector<Item> items_;
+  std::string heading_ = "Options";
+};
+
+// Names of settings that somebody set.
+using GivenSettings = std::set<std::string, std::less<>>;
+
+// Adds a sentence for every number out of its range.
+template <class Settings>
+void check_ranges(const SettingList<Settings>& list, const Settings& settings,
+                  std::vector<std::string>& problems) {
+  for (const Setting<Settings>& setting : list.items()) {
+    if (!(setting.low < setting.high)) continue;
+    std::string words = setting.name;
+    for (char& c : words)
+      if (c == '_') c = ' ';
+    std::visit(
+        [&](const auto& value) {
+          if constexpr (!std::same_as<std::decay_t<decltype(value)>, std::string>)
+            check_range(problems, words.c_str(), static_cast<double>(value), setting.low, setting.high);
+        },
+        setting.value(settings));
+  }
+}
+
+}  // namespace meander

@@ -1,0 +1,374 @@
+#include "kernels/model/sample_settings.h"
+
+#include <algorithm>
+#include <string_view>
+
+#include "kernels/density/density_text.h"
+#include "kernels/sample/attribute_text.h"
+#include "kernels/tensor/tensor_text.h"
+
+namespace meander {
+
+namespace {
+
+using P = SampleParameters;
+
+constexpr double most_samples = 2147483648.0;
+
+constexpr Word<TensorForm> form_words[] = {{"spacing", TensorForm::spacing}, {"metric", TensorForm::metric}};
+constexpr Word<AlignmentForm> parameterisation_words[] = {{"metric", AlignmentForm::metric},
+                                                          {"gradient", AlignmentForm::gradient}};
+constexpr Word<bool> follow_words[] = {{"keep", false}, {"follow", true}};
+constexpr Word<bool> topology_words[] = {{"full", true}, {"none", false}};
+constexpr Word<HistogramScale> scale_words[] = {{"mean", HistogramScale::mean},
+                                                {"largest", HistogramScale::largest}};
+
+bool follows_tensor(const P& p) { return method_of(p).follows_tensor; }
+bool has_coarse_charts(const P& p) { return p.method == MethodChoice::conformal; }
+bool is_shaped(const P& p) { return has_shape(p.density.kind); }
+bool is_spaced(const P& p) { return p.sequence == SequenceKind::spaced; }
+
+template <bool (*has)(const DescriptorGroup&)>
+bool describes(const DescribeParameters& p) {
+  return std::any_of(p.descriptors.begin(), p.descriptors.end(),
+                     [](Descriptor d) { return has(group_of(d)); });
+}
+bool has_bins(const DescriptorGroup& group) { return group.has_bins; }
+bool takes_scale(const DescriptorGroup& group) { return group.takes_scale; }
+bool takes_sources(const DescriptorGroup& group) { return group.takes_sources; }
+
+// Texts with commas between them, in turn.
+template <class Take>
+void for_each_word(std::string_view text, const Take& take) {
+  while (!text.empty()) {
+    const std::string_view word = text.substr(0, text.find(','));
+    text.remove_prefix(std::min(text.size(), word.size() + 1));
+    take(word);
+  }
+}
+
+std::string take_strict(P& p, std::string_view text) {
+  std::string problem;
+  p.strict = 0;
+  for_each_word(text, [&](std::string_view word) {
+    const auto at = std::find(note_names.begin(), note_names.end(), word);
+    if (word == "all")
+      p.strict = every_note;
+    else if (at != note_names.end())
+      p.strict |= set_of(static_cast<Note>(at - note_names.begin()));
+    else
+      problem = "`" + std::string(word) + "` is neither `all` nor a note (" + joined_texts(note_names) + ")";
+  });
+  return problem;
+}
+
+void add_density_settings(SampleSettings& list) {
+  list.text(
+          "density", "--density", [](const P& p) { return density_text(p.density); },
+          [](P& p, std::string_view text) { return take_density(text, p.density); },
+          "uniform, mean|gaussian|max curvature, attribute:NAME of vertices, face-attribute:NAME; texture: "
+          "the "
+          "luminance of the model's textures, more samples where they are bright, texture-inverse: where "
+          "they "
+          "are dark (with --colors); formula:TEXT in x, y, z, nx, ny, nz, mean, gaussian, u, v, as "
+          "`formula:1 + z^2`, unit-formula: with lengths of the unit box")
+      .in_python("density");
+  const std::string shaped = "applies to densities of curvature and textures only";
+  list.number(
+          "density_floor", "--density-floor", [](auto& p) -> auto& { return p.density.floor; }, 1e-6, 1,
+          "Density of flat parts for curvature densities, of dark ones for textures, 1e-6 to 1")
+      .in_python("density_floor")
+      .acting(is_shaped, shaped);
+  list.number(
+          "density_exponent", "--density-exponent", [](auto& p) -> auto& { return p.density.exponent; }, 0.25,
+          4, "Exponent of curvature and texture densities, 0.25 to 4")
+      .in_python("density_exponent")
+      .acting(is_shaped, shaped);
+}
+
+void add_place_settings(SampleSettings& list) {
+  list.word(
+      "locate", "--locate", [](auto& p) -> auto& { return p.locate; }, locate_words,
+      "Point location: Embree rays with sheets, elements alone, the survey's first hit");
+  list.word(
+          "place", "--place", [](auto& p) -> auto& { return p.place; }, place_words,
+          "Where samples lie in a curve element (default element; vertex for first-hit)")
+      .without_default();
+  list.word(
+          "sequence", "--sequence", [](auto& p) -> auto& { return p.sequence; }, sequence_words,
+          sequence_help)
+      .in_python("sequence");
+  list.word(
+          "spacing", "--spacing", [](auto& p) -> auto& { return p.spacing; }, spacing_words, spacing_help)
+      .in_python("spacing")
+      .only_recorded(is_spaced)
+      .acting(is_spaced, spacing_applies_to);
+  list.word(
+          "order", "--order", [](auto& p) -> auto& { return p.order; }, order_words,
+          "Order in the file: every prefix well spread, or along the curve")
+      .in_python("order");
+  list.text(
+          "curve", "--curve",
+          [](const P& p) { return std::string(text_of(order_of_elements_words, order_of(p))); },
+          [](P& p, std::string_view text) {
+            ElementOrder order{};
+            if (!take_word(order_of_elements_words, text, order))
+              return none_of(text, all_words(order_of_elements_words));
+            p.curve = order;
+            return std::string();
+          },
+          "Order of a named method: a curve, or balanced bisection (default hilbert); direct: hilbert or "
+          "balanced")
+      .in_python("curve")
+      .without_default()
+      .words = all_words(order_of_elements_words);
+}
+
+void add_tensor_settings(SampleSettings& list) {
+  const std::string only = "applies to --method anisotropic only";
+  list.under("Anisotropic");
+  list.text(
+          "tensor", "--tensor", [](const P& p) { return tensor_text(p.tensor); },
+          [](P& p, std::string_view text) { return take_tensor(text, p.tensor); },
+          "Wanted spacings of --method anisotropic: " + std::string(tensor_forms))
+      .only_recorded(follows_tensor)
+      .acting(follows_tensor, only);
+  list.word(
+          "tensor_form", "--tensor-form", [](auto& p) -> auto& { return p.tensor.form; }, form_words,
+          "Six numbers are spacings S, or a metric G = S^-2")
+      .only_recorded(follows_tensor)
+      .acting(follows_tensor, only);
+  list.number(
+          "tensor_ratio", "--tensor-ratio", [](auto& p) -> auto& { return p.tensor.max_ratio; }, 0, 0,
+          "Largest ratio of the two spacings, 1 to 64")
+      .only_recorded(follows_tensor)
+      .acting(follows_tensor, only);
+  list.word(
+          "tensor_density", "--tensor-density", [](auto& p) -> auto& { return p.tensor.adaptive; },
+          follow_words, "curvature: keep the density (only shapes vary), or follow the curvature")
+      .only_recorded(follows_tensor)
+      .acting(follows_tensor, only);
+  list.number(
+          "tensor_smoothing", "--tensor-smoothing", [](auto& p) -> auto& { return p.tensor.smoothing; }, 0, 0,
+          "curvature: rounds of smoothing, 0 to 64")
+      .only_recorded(follows_tensor)
+      .acting(follows_tensor, only);
+  list.word(
+          "tensor_charts", "--parameterisation", [](auto& p) -> auto& { return p.tensor_charts.form; },
+          parameterisation_words,
+          "Charts conformal in the tensor's metric, or along its directions (gradient)")
+      .only_recorded(follows_tensor)
+      .acting(follows_tensor, only);
+  list.number(
+          "tensor_segments", "--segments", [](auto& p) -> auto& { return p.tensor_charts.segment.count; }, 1,
+          65536,
+          "Initial number of segments (random walks), at least one per component; default: 1, gradient 16")
+      .without_default()
+      .only_recorded(follows_tensor)
+      .acting(follows_tensor, only);
+}
+
+SampleSettings make_point_settings() {
+  SampleSettings list;
+  list.under("Points");
+  list.number(
+          "samples", "-n,--samples", [](auto& p) -> auto& { return p.samples; }, 1, most_samples,
+          "Points per model, 1 to 2^31")
+      .in_python("n");
+  list.word(
+          "method", "--method", [](auto& p) -> auto& { return p.method; }, method_words,
+          "How the surface is ordered: auto, the order that measures best (balanced bisection in space); a "
+          "curve over a conformal chart; a curve in space; or a curve over a chart conformal in the metric "
+          "of "
+          "a tensor field")
+      .in_python("method");
+  add_density_settings(list);
+  add_place_settings(list);
+  list.number(
+          "seed", "--seed", [](auto& p) -> auto& { return p.seed; }, 0, 0, "Seed, 0 to 2^64 - 1")
+      .in_python("seed");
+  list.word(
+          "normalize", "--normalize", [](auto& p) -> auto& { return p.normalize; }, normalize_words,
+          "Stored coordinates; loc and scale undo it. none: those of the file; unit-sphere: the centre of "
+          "the box at 0, the farthest vertex of a face with an area at distance 1; unit-box: that centre "
+          "at 0, the longest side of the box 1; unit-diagonal: that centre at 0, the diagonal of the box 1, "
+          "as in ShapeNet; pointnet: the mean of the samples at 0, the farthest sample at distance 1")
+      .in_python("normalize");
+  list.flag(
+          "curved", "--curved", [](auto& p) -> auto& { return p.curved; },
+          "Lift the points from the flat triangles to the smooth surface that the vertex normals define")
+      .in_python("curved")
+      .only_recorded([](const P& p) { return p.curved; });
+  add_tensor_settings(list);
+  return list;
+}
+
+SampleSettings make_value_settings() {
+  SampleSettings list;
+  list.under("Collection");
+  list.flag(
+          "colors", "--colors", [](auto& p) -> auto& { return p.colors; },
+          "Take over the colours of the models (/rgb): of vertices, faces, materials or textures")
+      .only_recorded([](const P& p) { return p.colors; });
+  list.text(
+          "attributes", "--attribute", [](const P& p) { return attributes_text(p.attributes); },
+          [](P& p, std::string_view text) { return take_attributes(text, p.attributes); },
+          "Take over an attribute of the models (/attributes/NAME), NAME:2, NAME:3 or NAME:4 a vector; of "
+          "vertices interpolated, integers that of the nearest corner (`NAME:class` takes any for such, as "
+          "int32, `NAME:linear` interpolates them), of faces that of the face. Repeat it for several")
+      .list()
+      .only_recorded([](const P& p) { return !p.attributes.empty(); });
+  list.flag(
+          "texcoord", "--texcoord", [](auto& p) -> auto& { return p.texcoord; },
+          "Take over the texture coordinates of the models (/texcoord)")
+      .only_recorded([](const P& p) { return p.texcoord; });
+  return list;
+}
+
+DescribeSettings make_describe_settings() {
+  const auto only = [](bool (*has)(const DescriptorGroup&)) {
+    return "applies to " + descriptors_with(has) + " only";
+  };
+  DescribeSettings list;
+  list.number(
+          "descriptor_bins", "--bins", [](auto& p) -> auto& { return p.bins; }, 8, 1024,
+          "Bins of histograms, 8 to 1024")
+      .in_python("bins")
+      .acting(describes<has_bins>, only(has_bins));
+  list.word(
+          "descriptor_scale", "--descriptor-scale", [](auto& p) -> auto& { return p.scale; }, scale_words,
+          "Bins of " + descriptors_with(takes_scale) +
+              " up to 3 x the mean (Osada) or to the largest distance (the survey)")
+      .acting(describes<takes_scale>, only(takes_scale));
+  list.number(
+          "geodesic_sources", "--geodesic-sources", [](auto& p) -> auto& { return p.geodesic_sources; }, 0,
+          most_samples, "Samples that geodesic distances start from (0: all)")
+      .acting(describes<takes_sources>, only(takes_sources));
+  return list;
+}
+
+SampleSettings make_collection_settings() {
+  SampleSettings list;
+  list.under("Points");
+  list.word(
+          "topology", "--topology", [](auto& p) -> auto& { return p.topology; }, topology_words,
+          "full: find components, boundaries and one orientation of every surface; none: take the "
+          "triangles as they are, faster and in less memory (auto and direct)")
+      .in_python("topology")
+      .as_truth("full", "none")
+      .only_recorded([](const P& p) { return !p.topology; });
+  list.under("Collection");
+  list.text(
+          "describe", "--describe",
+          [](const P& p) {
+            std::string names;
+            for (const Descriptor d : p.describe.descriptors)
+              names += (names.empty() ? "" : ",") + std::string(name_of(d));
+            return names.empty() ? std::string("none") : names;
+          },
+          [](P& p, std::string_view text) { return take_descriptors(text, p.describe.descriptors); },
+          "Descriptors to store: none, or one or more of " + joined_texts(descriptor_names, ",") +
+              ", separated by commas")
+      .in_python("describe");
+  list.append(describe_settings(), &P::describe);
+  list.text(
+          "strict", "--strict", [](const P& p) { return words_of(p.strict); }, take_strict,
+          "Fail models with these notes, what a file asks for and does not get, with the status incomplete: "
+          "all, or one or more of " +
+              joined_texts(note_names))
+      .list()
+      .only_recorded([](const P& p) { return p.strict != 0; });
+  return list;
+}
+
+SampleSettings make_constants() {
+  SampleSettings list;
+  list.constant("curve_max_depth", [](const P& p) { return p.locator.curve.max_depth; });
+  list.constant("density_quantile", [](const P& p) { return p.density.quantile; });
+  list.constant("elements_per_sample", [](const P& p) { return elements_per_sample(p); });
+  list.constant("extremity_seams", [](const P& p) { return p.cut.extremity_seams; });
+  list.constant("jitter", [](const P& p) { return p.jitter; });
+  list.constant("leaves_per_sample", [](const P& p) { return p.locator.curve.leaves_per_sample; });
+  list.constant("max_extra_seams", [](const P& p) { return p.flatten.max_extra_seams; });
+  list.constant("max_mean_distortion", [](const P& p) { return p.flatten.max_mean_distortion; });
+  list.constant("max_sheets", [](const P& p) { return p.locator.max_sheets; });
+  list.constant("min_component_samples", [](const P& p) { return p.locator.min_component_samples; });
+  list.constant("min_log_scale", [](const P& p) { return p.flatten.min_log_scale; });
+  list.constant("min_sheet_samples", [](const P& p) { return p.locator.min_sheet_samples; });
+  return list;
+}
+
+SampleSettings make_chart_constants() {
+  SampleSettings list;
+  const auto coarse = [&list](const char* name, auto get) {
+    list.constant(name, get).only_recorded(has_coarse_charts);
+  };
+  coarse("coarse_mean_distortion", [](const P&) { return coarse_mean_distortion; });
+  coarse("coarse_elements_per_sample", [](const P& p) { return coarse_elements_per_sample(p.samples); });
+  coarse("coarse_least_of_component", [](const P& p) { return p.coarsen.least_of_component; });
+  coarse("coarse_least_triangles", [](const P& p) { return p.coarsen.least_triangles; });
+  coarse("coarse_triangles_per_sample", [](const P& p) { return p.coarsen.triangles_per_sample; });
+  const auto add = [&list](const char* name, auto get) {
+    list.constant(name, get).only_recorded(follows_tensor);
+  };
+  add("tensor_bisections", [](const P& p) { return p.tensor_charts.max_bisections; });
+  add("tensor_chart_ratio", [](const P& p) { return p.tensor_charts.limits.ratio; });
+  add("tensor_epsilon", [](const P& p) { return p.tensor.epsilon; });
+  add("tensor_mean_distortion", [](const P&) { return metric_mean_distortion; });
+  return list;
+}
+
+}  // namespace
+
+const SampleSettings& point_settings() {
+  static const SampleSettings list = make_point_settings();
+  return list;
+}
+
+const SampleSettings& value_settings() {
+  static const SampleSettings list = make_value_settings();
+  return list;
+}
+
+const SampleSettings& collection_settings() {
+  static const SampleSettings list = make_collection_settings();
+  return list;
+}
+
+const DescribeSettings& describe_settings() {
+  static const DescribeSettings list = make_describe_settings();
+  return list;
+}
+
+const SampleSettings& sampling_constants() {
+  static const SampleSettings list = make_constants();
+  return list;
+}
+
+const SampleSettings& chart_constants() {
+  static const SampleSettings list = make_chart_constants();
+  return list;
+}
+
+std::string descriptors_with(bool (*has)(const DescriptorGroup&)) {
+  std::vector<std::string_view> names;
+  for (const DescriptorGroup& group : descriptor_groups)
+    if (has(group)) names.push_back(group.name);
+  if (names.size() < 2) return names.empty() ? "none" : std::string(names.front());
+  const std::string last(names.back());
+  names.pop_back();
+  return joined_texts(names) + " and " + last;
+}
+
+void settle(SampleParameters& p, const GivenSettings& given) {
+  const bool first_hit = p.locate == LocatorKind::first_hit;
+  if (!given.contains("place")) p.place = first_hit ? PlaceKind::vertex : PlaceKind::element;
+  // A sample at a curve vertex needs many vertices per sample, or the pattern is quantised (docs/METHODS.md
+  // 7.4).
+  if (first_hit) p.locator.curve.leaves_per_sample = 64;
+  if (!first_hit && p.place == PlaceKind::vertex) p.elements.elements_per_sample = 64;
+  if (!given.contains("tensor_segments") && p.tensor_charts.form == AlignmentForm::gradient)
+    p.tensor_charts.segment.count = 16;
+}
+
+}  // namespace meander
