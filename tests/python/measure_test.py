@@ -89,7 +89,7 @@ with tempfile.TemporaryDirectory() as folder:
     expect("no mark at all", (len(lines) > 5, {re.sub(r":\d+: \w+", "", line) for line in lines}),
            (True, {"README.md with a number, without a mark"}))
     (copy / "README.md").write_text(text)
-    check_with("an unknown name", text.replace(mark[0], mark[0] + mark[0].replace(mark[1], "no-entry")),
+    check_with("an unknown name", text.replace(mark[0], mark[0] + mark[0].replace(mark[1], "no-entry"), 1),
                ["README.md:%d: `no-entry` is no entry" % (at + 1)])
     check_with("a date that is none", replaced(2, "2026-02-30"), ["README.md:%d: `2026-02-30` is no date" % at])
     check_with("a date of another form", replaced(2, "1/2/2026"), ["README.md:%d: `1/2/2026` is no date" % at])
