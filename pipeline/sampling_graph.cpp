@@ -213,7 +213,6 @@ class SamplingGraph {
     envelope.ticket.item = index;
     envelope.item->plan = &plan_[index];
     envelope.item->start = Clock::now();
-    envelope.item->model.row.label = plan_[index].label;
     ++result_.taken;
     return envelope;
   }
@@ -274,7 +273,6 @@ class SamplingGraph {
     NodeStatistics& node = statistics_[statistics_.size() - 2];
     const NodeTimer timer(node);
     const WorkClock clock(item, 0);
-    item.model.row.label = item.plan->label;
     try {
       if (item.model.sites.count() > 0) {
         encode_sites(item);

@@ -82,7 +82,6 @@ class Archive {
 
   // The access points, of the archive and of the member that it is.
   std::uint64_t index_bytes() const { return points_.memory_bytes() + outer_points_.memory_bytes(); }
-  std::uint64_t point_spacing() const { return points_.spacing(); }
   void thin_index();
 
  private:

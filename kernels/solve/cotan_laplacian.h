@@ -24,7 +24,6 @@ class DirichletLaplacian {
   // False when the factorisation met a pivot that is not positive (rounding), or the budget did not suffice:
   // solve() must not be called.
   bool factorised() const { return factorised_; }
-  std::size_t interior_count() const { return vertex_.size(); }
 
   // x_I = A_II^-1 (b_I - A_IB x_B): V values in, boundary entries of x are read, interior ones written.
   void solve(std::span<const double> b, std::span<double> x) const;
