@@ -1,4 +1,4 @@
-#include "jobs/laboratory.h"
+#include "jobs/rows/laboratory.h"
 
 namespace meander {
 

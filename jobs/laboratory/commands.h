@@ -1,7 +1,7 @@
-// The subcommands of the laboratory; see jobs/jobs.h.
+// The subcommands of the laboratory; see jobs/cli/jobs.h.
 #pragma once
 
-#include "jobs/jobs.h"
+#include "jobs/cli/jobs.h"
 
 namespace meander {
 

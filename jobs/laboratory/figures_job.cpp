@@ -3,10 +3,10 @@
 
 #include <memory>
 
-#include "jobs/command_line.h"
+#include "jobs/cli/command_line.h"
+#include "jobs/cli/output_guard.h"
 #include "jobs/laboratory/commands.h"
 #include "jobs/laboratory/python_program.h"
-#include "jobs/output_guard.h"
 
 namespace meander {
 

@@ -9,13 +9,13 @@
 #include "io/table/csv_writer.h"
 #include "io/table/json_table.h"
 #include "io/table/text_table.h"
-#include "jobs/command_line.h"
-#include "jobs/exit_status.h"
-#include "jobs/inputs.h"
+#include "jobs/cli/command_line.h"
+#include "jobs/cli/exit_status.h"
+#include "jobs/cli/output_guard.h"
+#include "jobs/cli/usage_error.h"
+#include "jobs/inputs/store_items.h"
 #include "jobs/laboratory/commands.h"
 #include "jobs/laboratory/measure_tables.h"
-#include "jobs/output_guard.h"
-#include "jobs/store_items.h"
 
 namespace meander {
 

@@ -10,7 +10,7 @@
 
 #include "io/file/atomic_file.h"
 #include "io/json_writer.h"
-#include "jobs/inputs.h"
+#include "jobs/cli/usage_error.h"
 #include "jobs/laboratory/python_program.h"
 #include "kernels/analyse/box_discrepancy.h"
 #include "kernels/analyse/differential_domain.h"

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "io/table/table.h"
+#include "jobs/inputs/store_items.h"
 #include "jobs/laboratory/measured_sets.h"
-#include "jobs/store_items.h"
 
 namespace meander {
 

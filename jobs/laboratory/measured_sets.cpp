@@ -11,8 +11,9 @@
 #include "io/mesh/mesh_reader.h"
 #include "io/mesh/point_reader.h"
 #include "io/store/store.h"
-#include "jobs/inputs.h"
-#include "jobs/store_items.h"
+#include "jobs/cli/usage_error.h"
+#include "jobs/inputs/inputs.h"
+#include "jobs/inputs/store_items.h"
 #include "kernels/mesh/prepare_mesh.h"
 #include "kernels/sample/point_frames.h"
 

@@ -1,5 +1,8 @@
 #include "jobs/laboratory/picture_options.h"
 
+#include "jobs/cli/usage_error.h"
+
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -7,7 +10,6 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "jobs/inputs.h"
 
 namespace meander {
 

@@ -1,7 +1,7 @@
 // The laboratory as the program knows it.
-#include "jobs/laboratory.h"
 #include "jobs/laboratory/commands.h"
 #include "jobs/laboratory/retrieval_pictures.h"
+#include "jobs/rows/laboratory.h"
 #include "kernels/analyse/certify_samples.h"
 
 namespace meander {

@@ -11,7 +11,7 @@
 #include <system_error>
 
 #include "io/file/memory_file.h"
-#include "jobs/inputs.h"
+#include "jobs/cli/usage_error.h"
 #include "meander_python_place.h"
 
 namespace meander {

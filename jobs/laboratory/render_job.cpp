@@ -10,19 +10,20 @@
 #include <utility>
 
 #include "io/plot/png_writer.h"
-#include "jobs/command_line.h"
-#include "jobs/described_meshes.h"
-#include "jobs/exit_status.h"
-#include "jobs/input_options.h"
-#include "jobs/inputs.h"
+#include "jobs/cli/command_line.h"
+#include "jobs/cli/exit_status.h"
+#include "jobs/cli/output_guard.h"
+#include "jobs/cli/units.h"
+#include "jobs/cli/usage_error.h"
+#include "jobs/inputs/input_options.h"
+#include "jobs/inputs/inputs.h"
+#include "jobs/inputs/store_items.h"
 #include "jobs/laboratory/commands.h"
 #include "jobs/laboratory/model_pictures.h"
 #include "jobs/laboratory/picture_options.h"
 #include "jobs/laboratory/render_strokes.h"
 #include "jobs/laboratory/turntable_job.h"
-#include "jobs/output_guard.h"
-#include "jobs/store_items.h"
-#include "jobs/units.h"
+#include "jobs/rows/described_meshes.h"
 
 namespace meander {
 

@@ -1,7 +1,7 @@
 // meander render strokes: models painted in strokes.
 #pragma once
 
-#include "jobs/jobs.h"
+#include "jobs/cli/jobs.h"
 
 namespace meander {
 

@@ -15,7 +15,7 @@
 #include "io/plot/html_page.h"
 #include "io/plot/picture_sheet.h"
 #include "io/plot/png_writer.h"
-#include "jobs/inputs.h"
+#include "jobs/cli/usage_error.h"
 #include "jobs/laboratory/model_pictures.h"
 #include "jobs/laboratory/python_program.h"
 

@@ -4,8 +4,8 @@
 #include <filesystem>
 #include <string>
 
-#include "jobs/laboratory.h"
-#include "jobs/retrieve_base.h"
+#include "jobs/rows/laboratory.h"
+#include "jobs/rows/retrieve_base.h"
 
 namespace meander {
 

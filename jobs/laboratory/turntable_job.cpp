@@ -13,14 +13,14 @@
 #include <utility>
 
 #include "io/plot/png_writer.h"
-#include "jobs/command_line.h"
-#include "jobs/exit_status.h"
-#include "jobs/inputs.h"
+#include "jobs/cli/command_line.h"
+#include "jobs/cli/exit_status.h"
+#include "jobs/cli/output_guard.h"
+#include "jobs/cli/units.h"
+#include "jobs/cli/usage_error.h"
+#include "jobs/inputs/store_items.h"
 #include "jobs/laboratory/picture_options.h"
 #include "jobs/laboratory/viewed_model.h"
-#include "jobs/output_guard.h"
-#include "jobs/store_items.h"
-#include "jobs/units.h"
 
 namespace meander {
 

@@ -1,7 +1,7 @@
 // meander render turntable: frames of a model that turns, each with the samples that its view asks for.
 #pragma once
 
-#include "jobs/jobs.h"
+#include "jobs/cli/jobs.h"
 
 namespace meander {
 

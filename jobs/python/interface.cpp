@@ -12,14 +12,14 @@
 #include "io/archive/model_bytes.h"
 #include "io/json_writer.h"
 #include "io/run_error.h"
-#include "jobs/inputs.h"
+#include "jobs/cli/usage_error.h"
+#include "jobs/inputs/surface_sources.h"
 #include "jobs/python/array_mesh.h"
 #include "jobs/python/callable_surface.h"
 #include "jobs/python/laboratory_call.h"
 #include "jobs/python/row_text.h"
 #include "jobs/python/sample_options.h"
 #include "jobs/python/sampling_work.h"
-#include "jobs/surface_sources.h"
 #include "kernels/model/sample_settings.h"
 #include "kernels/surface/surface_settings.h"
 #include "meander_version.h"
@@ -168,7 +168,7 @@ void add_settings(JsonWriter& json, std::span<const SettingList<Settings>* const
       const bool truth = !setting.truth.first.empty() || std::holds_alternative<bool>(value);
       json.begin_object();
       json.member("keyword", setting.keyword);
-      json.member("type", truth                                          ? "bool"
+      json.member("type", truth                                        ? "bool"
                           : std::holds_alternative<std::string>(value) ? "str"
                           : std::holds_alternative<double>(value)      ? "float"
                                                                        : "int");

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "io/json/json_reader.h"
-#include "jobs/settings.h"
+#include "jobs/cli/settings.h"
 #include "kernels/density/density_text.h"
 #include "kernels/density/formula_density.h"
 #include "kernels/model/sample_settings.h"

@@ -8,7 +8,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "jobs/surface_sources.h"
+#include "jobs/inputs/surface_sources.h"
 #include "kernels/core/failure.h"
 #include "kernels/core/parallel.h"
 #include "kernels/surface/surface_row.h"

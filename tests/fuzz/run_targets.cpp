@@ -17,9 +17,9 @@
 #include "io/store/row_codec.h"
 #include "io/store/run_array.h"
 #include "io/store/run_plan.h"
-#include "jobs/classification.h"
-#include "jobs/inputs.h"
-#include "jobs/label_file.h"
+#include "jobs/cli/usage_error.h"
+#include "jobs/inputs/classification.h"
+#include "jobs/inputs/label_file.h"
 #include "scratch_file.h"
 #include "targets.h"
 

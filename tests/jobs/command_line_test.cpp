@@ -1,8 +1,8 @@
-#include "jobs/command_line.h"
+#include "jobs/cli/command_line.h"
 
-#include "jobs/inputs.h"
-#include "jobs/settings.h"
-#include "jobs/units.h"
+#include "jobs/cli/settings.h"
+#include "jobs/cli/units.h"
+#include "jobs/cli/usage_error.h"
 #include "kernels/core/spelling.h"
 #include "kernels/surface/surface_settings.h"
 #include "support/catch.h"

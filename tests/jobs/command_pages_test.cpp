@@ -1,5 +1,5 @@
 // Manual pages and completions: of a small command line with awkward texts, and of the program.
-#include "jobs/command_pages.h"
+#include "jobs/cli/command_pages.h"
 
 #include <algorithm>
 #include <filesystem>

@@ -14,7 +14,7 @@
 #include <string>
 #include <thread>
 
-#include "jobs/laboratory.h"
+#include "jobs/rows/laboratory.h"
 
 namespace {
 

@@ -1,4 +1,4 @@
-#include "jobs/inputs.h"
+#include "jobs/inputs/inputs.h"
 
 #include <fcntl.h>
 #include <sys/wait.h>
@@ -7,7 +7,8 @@
 #include <filesystem>
 
 #include "io/item_id.h"
-#include "jobs/item_names.h"
+#include "jobs/cli/usage_error.h"
+#include "jobs/inputs/item_names.h"
 #include "support/archive_files.h"
 #include "support/catch.h"
 #include "support/mesh_files.h"

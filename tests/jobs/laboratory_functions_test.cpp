@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "jobs/inputs.h"
+#include "jobs/cli/usage_error.h"
 #include "jobs/python/laboratory_call.h"
 #include "support/catch.h"
 #include "support/test_meshes.h"

@@ -9,9 +9,9 @@
 
 #include "io/file/atomic_file.h"
 #include "io/store/store.h"
-#include "jobs/inputs.h"
-#include "jobs/output_guard.h"
-#include "jobs/working_process.h"
+#include "jobs/cli/output_guard.h"
+#include "jobs/cli/usage_error.h"
+#include "jobs/cli/working_process.h"
 #include "support/catch.h"
 #include "support/mesh_files.h"
 #include "support/test_meshes.h"

@@ -1,7 +1,7 @@
 // What a remeshed model takes at its peak, measured, against what is reserved for it.
 
 #include "io/mesh/mesh_writer.h"
-#include "jobs/remesh_stages.h"
+#include "jobs/remesh/remesh_stages.h"
 #include "pipeline/memory_estimate.h"
 #include "support/allocation_counter.h"
 #include "support/catch.h"

@@ -1,4 +1,4 @@
-#include "jobs/run_report.h"
+#include "jobs/inputs/run_report.h"
 
 #include "support/catch.h"
 #include "support/mesh_files.h"

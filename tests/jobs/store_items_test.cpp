@@ -1,6 +1,6 @@
 
-#include "jobs/store_items.h"
-#include "jobs/inputs.h"
+#include "jobs/cli/usage_error.h"
+#include "jobs/inputs/store_items.h"
 #include "support/catch.h"
 #include "support/mesh_files.h"
 

@@ -2,7 +2,7 @@
 #include <stdexcept>
 
 #include "jobs/laboratory/functions/laboratory_functions.h"
-#include "jobs/stored_parameters.h"
+#include "jobs/rows/stored_parameters.h"
 #include "kernels/locate/embree_locator.h"
 #include "kernels/sample/point_frames.h"
 

@@ -4,9 +4,9 @@
 #include <numeric>
 #include <stdexcept>
 
+#include "jobs/cli/option_words.h"
 #include "jobs/laboratory/functions/laboratory_functions.h"
-#include "jobs/option_words.h"
-#include "jobs/surface_sources.h"
+#include "jobs/inputs/surface_sources.h"
 #include "kernels/analyse/discrepancy_sphere.h"
 #include "kernels/curve/curve_point.h"
 #include "kernels/pointset/sphere_points.h"

@@ -1,0 +1,160 @@
+// meander status: how far an array is.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <ctime>
+#include <filesystem>
+#include <memory>
+#include <vector>
+
+#include "io/file/folder_lock.h"
+#include "io/json_writer.h"
+#include "jobs/cli/command_line.h"
+#include "jobs/cli/exit_status.h"
+#include "jobs/cli/jobs.h"
+#include "jobs/cli/usage_error.h"
+#include "jobs/rows/run_options.h"
+#include "jobs/run/array_plan.h"
+
+namespace meander {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+struct StatusOptions {
+  std::string run;
+  bool array = false, json = false;
+  int offset = 0;                   // as the tasks were given them
+  std::uint64_t shards_a_task = 0;  // 0: as planned
+};
+
+enum class ShardState { done, in_work, interrupted, waiting };
+
+// The lock tells whether a process of this machine, or of one whose file system shares locks, works on it.
+ShardState state_of(const std::string& store, std::size_t shard) {
+  if (fs::exists(shard_store(store, shard))) return ShardState::done;
+  switch (lock_state(shard_folder(store, shard), "lock")) {
+    case LockState::absent:
+      return ShardState::waiting;
+    case LockState::free:
+      return ShardState::interrupted;
+    case LockState::held:
+      return ShardState::in_work;
+  }
+  return ShardState::waiting;
+}
+
+struct ArrayStatus {
+  std::uint64_t rows_done = 0, failed = 0;
+  std::vector<std::size_t> done, in_work, interrupted, waiting, missing;
+  double cost = 0, cost_done = 0;
+  double seconds = 0, reported_cost = 0;  // of the shards that say how long they took
+};
+
+ArrayStatus status_of(const std::string& store, const RunArray& array) {
+  ArrayStatus status;
+  for (std::size_t s = 0; s < array.shards.size(); ++s) {
+    const ArrayShard& shard = array.shards[s];
+    status.cost += shard.cost;
+    const ShardState state = shard.rows() == 0 ? ShardState::done : state_of(store, s);
+    (state == ShardState::done          ? status.done
+     : state == ShardState::in_work     ? status.in_work
+     : state == ShardState::interrupted ? status.interrupted
+                                        : status.waiting)
+        .push_back(s);
+    if (state != ShardState::done) {
+      status.missing.push_back(s);
+      continue;
+    }
+    status.rows_done += shard.rows();
+    status.cost_done += shard.cost;
+    if (const auto report = read_shard_report(store, s)) {
+      status.failed += report->failed;
+      status.seconds += report->seconds;
+      status.reported_cost += shard.cost;
+    }
+  }
+  return status;
+}
+
+// Of all tasks that are at work now, or of one; negative when no shard has told yet.
+double seconds_left(const ArrayStatus& status) {
+  if (status.seconds <= 0 || status.reported_cost <= 0) return -1;
+  const double tasks = static_cast<double>(std::max<std::size_t>(1, status.in_work.size()));
+  return (status.cost - status.cost_done) * status.seconds / status.reported_cost / tasks;
+}
+
+// The tasks that have to be started again.
+std::string missing_tasks(const StatusOptions& options, const RunArray& array, const ArrayStatus& status) {
+  const std::uint64_t each = options.shards_a_task == 0 ? array.shards_per_task : options.shards_a_task;
+  return array_expression(tasks_of_shards(status.missing, each, options.offset));
+}
+
+void print_json(const StatusOptions& options, const RunArray& array, const ArrayStatus& status) {
+  JsonWriter json;
+  json.begin_object();
+  json.member("rows", array.rows);
+  json.member("rows_done", status.rows_done);
+  json.member("failed", status.failed);
+  json.member("shards", std::uint64_t{array.shards.size()});
+  json.member("shards_done", std::uint64_t{status.done.size()});
+  json.member("shards_in_work", std::uint64_t{status.in_work.size()});
+  json.member("shards_interrupted", std::uint64_t{status.interrupted.size()});
+  json.member("shards_per_task", array.shards_per_task);
+  json.member("array", missing_tasks(options, array, status));
+  if (const double left = seconds_left(status); left >= 0) json.member("seconds_left", left);
+  json.end_object();
+  fmt::print("{}\n", json.text());
+}
+
+void print_status(const std::string& store, const StatusOptions& options, const RunArray& array,
+                  const ArrayStatus& status) {
+  fmt::print("{}.run: {} of {} shards done, {} of {} models, {} failed\n", store, status.done.size(),
+             array.shards.size(), status.rows_done, array.rows, status.failed);
+  const auto list = [](const char* what, const std::vector<std::size_t>& shards) {
+    if (!shards.empty()) fmt::print("  {:<12}{:>7}  {}\n", what, shards.size(), array_expression(shards));
+  };
+  list("in work", status.in_work);
+  list("interrupted", status.interrupted);
+  list("waiting", status.waiting);
+  if (array.shards_per_task > 1 && !status.missing.empty())
+    fmt::print("  tasks of {} shards each to start again: {}\n", array.shards_per_task,
+               missing_tasks(options, array, status));
+  if (status.missing.empty()) {
+    fmt::print("  next: meander merge {}.run\n", store);
+  } else if (const double left = seconds_left(status); left >= 0) {
+    const std::size_t tasks = std::max<std::size_t>(1, status.in_work.size());
+    fmt::print("  about {:.0f} s left for {} task{}\n", left, tasks, tasks == 1 ? "" : "s");
+  }
+}
+
+int print(const StatusOptions& options) {
+  if (!options.array && !options.json && (options.offset != 0 || options.shards_a_task != 0))
+    throw UsageError("--shard-offset and --shards-per-task say what --array and --json count");
+  const std::string store = store_of_array(options.run);
+  if (store.empty()) throw UsageError(fmt::format("`{}` is no run that `meander plan` made", options.run));
+  const RunArray array = *read_run_array(store);
+  const ArrayStatus status = status_of(store, array);
+  if (options.array)
+    fmt::print("{}\n", missing_tasks(options, array, status));
+  else if (options.json)
+    print_json(options, array, status);
+  else
+    print_status(store, options, array, status);
+  return status.missing.empty() ? exit_done : exit_stopped;
+}
+
+}  // namespace
+
+JobFunction add_status_job(Command& program) {
+  Command command = program.add_subcommand("status", "How far an array of `meander plan` is");
+  auto options = std::make_shared<StatusOptions>();
+  command.add_option("STORE.run", options->run, "The folder that `meander plan` made").required();
+  command.add_flag("--array", options->array, "Print the tasks to start again, as 3,7-9");
+  add_task_options(command, options->offset, options->shards_a_task);
+  command.add_flag("--json", options->json, "The status as JSON");
+  return [options] { return print(*options); };
+}
+
+}  // namespace meander

@@ -1,0 +1,39 @@
+// The subcommands. Each adds itself to the parser; the returned function runs it and gives the exit code.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "pipeline/sampling_graph.h"
+
+namespace meander {
+
+class Command;
+
+using JobFunction = std::function<int()>;
+
+class Laboratory;  // jobs/rows/laboratory.h; null where it may be left out
+
+// Changes the stages before a run: how the laboratory adds its own, and how tests put failures into a real
+// process.
+using StageHook = std::function<void(GraphStages&)>;
+
+JobFunction add_run_job(Command& program, const Laboratory* laboratory, StageHook hook = {});
+JobFunction add_plan_job(Command& program, const Laboratory* laboratory, std::vector<std::string> arguments);
+JobFunction add_status_job(Command& program);
+JobFunction add_merge_job(Command& program, const Laboratory* laboratory);
+JobFunction add_verify_job(Command& program);
+JobFunction add_info_job(Command& program);
+JobFunction add_export_job(Command& program);
+JobFunction add_surface_job(Command& program);
+JobFunction add_retrieve_job(Command& program, const Laboratory* laboratory);
+JobFunction add_describe_job(Command& program);
+JobFunction add_remesh_job(Command& program, StageHook hook = {});
+// Not shown by the help: called while the program is built.
+JobFunction add_pages_job(Command& program);
+
+// The whole program: parses, runs, explains errors. Returns the exit code.
+int run_program(int argc, char** argv, const Laboratory* laboratory, StageHook hook = {});
+
+}  // namespace meander

@@ -1,0 +1,255 @@
+// meander describe: more descriptors for a finished store, without sampling again.
+#include <fmt/format.h>
+#include <oneapi/tbb/global_control.h>
+
+#include <atomic>
+#include <chrono>
+#include <exception>
+#include <filesystem>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "io/store/store.h"
+#include "jobs/cli/command_line.h"
+#include "jobs/cli/exit_status.h"
+#include "jobs/cli/jobs.h"
+#include "jobs/cli/progress.h"
+#include "jobs/cli/working_process.h"
+#include "jobs/describe/describe_options.h"
+#include "jobs/describe/describe_stages.h"
+#include "jobs/describe/describe_summary.h"
+#include "jobs/rows/described_meshes.h"
+#include "jobs/rows/lone_item.h"
+#include "jobs/rows/memory_budget.h"
+#include "pipeline/memory_estimate.h"
+
+namespace meander {
+
+namespace {
+
+// Rows are described in two rounds: with their meshes, and those that failed again without.
+enum class Round { with_meshes, with_points };
+
+class DescribeJob {
+ public:
+  explicit DescribeJob(DescribeOptions& options) : options_(options) {}
+
+  int run() {
+    store_ = open_described_store(options_);
+    output_ = described_output(options_);
+    if (store_->rows() == 0) {
+      fmt::print("shard {} of `{}` has no rows: there is nothing to describe, and no store is made\n",
+                 options_.shard, options_.store);
+      return exit_done;
+    }
+    header_ = described_header(*store_, options_);
+    describer_ = make_describer(header_, options_.describe);
+    if (describer_.uses_meshes())
+      meshes_ = DescribedMeshes(options_.store, header_.ids, options_.inputs, options_.collect);
+    options_.model_bytes = memory_for_models(options_.memory_bytes, header_, describer_.all(),
+                                             options_.threads, meshes_.index_bytes());
+    describer_.memory_bytes = options_.model_bytes;
+    describer_.allow_oversize = options_.allow_oversize;
+    describer_.timeout_seconds = options_.timeout_seconds;
+    check_described_output(options_, meshes_.files_read());
+    if (options_.fresh) discard_run(output_);
+    directory_ = std::make_unique<RunDirectory>(output_, RunPlan{header_, purpose_describe});
+    const oneapi::tbb::global_control threads(oneapi::tbb::global_control::max_allowed_parallelism,
+                                              static_cast<std::size_t>(options_.threads));
+    try_suspects();
+    return describe_rows();
+  }
+
+ private:
+  Round first_round() const { return describer_.uses_meshes() ? Round::with_meshes : Round::with_points; }
+
+  std::optional<PlanItem> plan_of(std::uint64_t row, Round round) {
+    PlanItem plan;
+    plan.row = row;
+    plan.id = header_.ids[row];
+    plan.label = header_.labels[row];
+    if (round == Round::with_meshes && !meshes_.add_file(plan)) {
+      problems_.add(row, {Status::unreadable, "no file of this id is in the input"});
+      return std::nullopt;
+    }
+    plan.reserved_bytes = estimate_bytes({}, describer_.points, options_.threads);
+    return plan;
+  }
+
+  GraphStages stages_of(Round round, const StoreReader& store) {
+    const DescribeFailed failed = [this](const GraphItem& item, Failure problem) {
+      problems_.add(item.plan->row, std::move(problem));
+    };
+    return round == Round::with_meshes ? stages_with_meshes(describer_, store, failed)
+                                       : stages_with_points(describer_, store, failed);
+  }
+
+  // Rows that were in flight when an earlier process died, as `run` looks at them.
+  void try_suspects() {
+    GraphParameters parameters;
+    parameters.sample = describer_.points;
+    parameters.timeout_seconds = options_.timeout_seconds;
+    std::optional<StoreReader> own;  // a file offset is shared with the parent, which has checked the file
+    const StageHook hook = [&](GraphStages& stages) {
+      stages = stages_of(first_round(), own.emplace(options_.store, StoreCheck::none, options_.rows));
+    };
+    for (const std::uint64_t row : directory_->suspects()) {
+      const std::optional<PlanItem> plan = plan_of(row, first_round());
+      if (!plan) continue;
+      const LoneResult result = try_item_alone(
+          *plan, parameters, [&] { directory_->leave_lock_to_parent(); }, hook);
+      if (result.crashed) problems_.add(row, {Status::crashed, result.reason});
+    }
+  }
+
+  int describe_rows() {
+    set_allocator_limits(options_.memory_bytes);
+    stop_ = &catch_stop_signals();
+    for (std::uint64_t row = 0; row < header_.ids.size(); ++row)
+      if (directory_->done(row) && store_->report(row).status == Status::ok) done_before_.push_back(row);
+    const auto start = std::chrono::steady_clock::now();
+    bool stopped = false;
+    {
+      const auto [rows, bytes] = count_work();
+      Progress progress(progress_style(options_.progress), rows, bytes, header_.samples);
+      progress_ = &progress;
+      if (directory_->done_count() > 0)
+        progress.note(fmt::format("continuing: {} of {} rows are done already", directory_->done_count(),
+                                  header_.ids.size()));
+      // Incomplete rows are written last, so that a stopped job retries them.
+      stopped = !describe_all(first_round());
+      if (!stopped && !problems_.all().empty()) stopped = !describe_all(Round::with_points);
+      progress_ = nullptr;
+    }
+    if (stopped) {
+      directory_->sync();
+      fmt::print(stderr, "meander: stopped with {} of {} rows done; the same command continues\n",
+                 directory_->done_count(), header_.ids.size());
+      return exit_stopped;
+    }
+    store_.reset();
+    directory_->finish();
+    directory_.reset();
+    if (!done_before_.empty())
+      add_earlier_problems(StoreReader(output_, StoreCheck::none), describer_, done_before_, problems_);
+    const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
+    print_describe_summary({output_.string(), header_.ids, options_.describe.descriptors, problems_.all(),
+                            not_ok_, seconds.count()},
+                           options_.json);
+    return problems_.all().empty() ? exit_done : exit_some_failed;
+  }
+
+  // The rows to be described and the bytes to be read for them.
+  std::pair<std::uint64_t, std::uint64_t> count_work() {
+    std::uint64_t rows = 0, bytes = 0;
+    for (std::uint64_t row = 0; row < header_.ids.size(); ++row) {
+      const bool ok = store_->report(row).status == Status::ok;
+      not_ok_ += !ok;
+      if (!ok || directory_->done(row)) continue;
+      ++rows;
+      const std::uint64_t of_mesh = meshes_.bytes(row);
+      bytes += of_mesh > 0 ? of_mesh : std::uint64_t{12} * header_.samples;
+    }
+    return {rows, bytes};
+  }
+
+  // The rows of one journal after those of another. False when stopped.
+  bool describe_all(Round round) {
+    constexpr std::uint64_t stretch = 4096;
+    for (std::uint64_t begin = 0; begin < header_.ids.size(); begin += stretch) {
+      const std::uint64_t end = std::min<std::uint64_t>(header_.ids.size(), begin + stretch);
+      std::vector<PlanItem> plan;
+      for (std::uint64_t row = begin; row < end && !*stop_; ++row) {
+        if (directory_->done(row)) continue;
+        if (store_->report(row).status != Status::ok) {  // such a row has no descriptors
+          Row content = store_->read_row(row);
+          directory_->end_item(encode_row(header_, row, content));
+        } else if (round == Round::with_points || !problems_.of(row)) {
+          if (std::optional<PlanItem> item = plan_of(row, round)) plan.push_back(std::move(*item));
+        }
+      }
+      // More than the budget is refused when the file has been read and its size is certain.
+      if (round == Round::with_meshes)
+        reserve_described(plan, describer_.meshes, options_.threads,
+                          options_.allow_oversize ? ~std::uint64_t{0} : options_.model_bytes);
+      if (*stop_ || !describe_plan(plan, round)) return false;
+    }
+    return true;
+  }
+
+  bool describe_plan(const std::vector<PlanItem>& plan, Round round) {
+    if (plan.empty()) return true;
+    GraphParameters parameters;
+    parameters.sample = describer_.meshes;
+    parameters.threads = options_.threads;
+    parameters.memory_bytes = options_.model_bytes;
+    // Rows without their meshes must get through: their descriptors have a limit of their own.
+    parameters.timeout_seconds = round == Round::with_meshes ? options_.timeout_seconds : 0;
+    parameters.allow_oversize = true;  // what is too large was refused in front of the graph's own measures
+    GraphStages stages = stages_of(round, *store_);
+    for (GraphStage& stage : stages)
+      stage.body = [this, body = std::move(stage.body)](GraphItem& item) { run_or_stop(body, item); };
+    DescribedRowSink rows(*directory_, round == Round::with_points);
+    std::vector<NodeStatistics> nodes;
+    const GraphResult result = run_sampling_graph(plan, parameters, stages, header_, rows, *stop_, nodes,
+                                                  [&](const FinishedItem& item) { tell(item, round); });
+    if (store_error_) std::rethrow_exception(store_error_);
+    return !result.stopped;
+  }
+
+  // A store that cannot be read stops the job.
+  void run_or_stop(const std::function<void(GraphItem&)>& body, GraphItem& item) {
+    try {
+      body(item);
+    } catch (const RunError&) {
+      const std::lock_guard lock(store_error_mutex_);
+      if (!store_error_) store_error_ = std::current_exception();
+      *stop_ = true;
+      throw RunCancelled();
+    }
+  }
+
+  void tell(const FinishedItem& item, Round round) {
+    const std::uint64_t row = item.plan.row;
+    if (round == Round::with_meshes && item.report.status != Status::ok)
+      return problems_.add(row, {item.report.status, item.report.reason});
+    const std::optional<Failure> problem = problems_.of(row);
+    if (!problem) return progress_->finished(item);
+    ItemReport report = item.report;
+    report.status = problem->status;
+    report.reason = problem->reason;
+    progress_->finished(
+        {item.plan, report, item.failed_in, item.file_bytes, item.seconds, item.waited_seconds, item.reused});
+  }
+
+  DescribeOptions& options_;
+  std::unique_ptr<StoreReader> store_;
+  std::filesystem::path output_;
+  StoreHeader header_;
+  Describer describer_;
+  DescribedMeshes meshes_;
+  std::unique_ptr<RunDirectory> directory_;
+  std::atomic<bool>* stop_ = nullptr;
+  Progress* progress_ = nullptr;
+  RowProblems problems_;
+  std::mutex store_error_mutex_;
+  std::vector<std::uint64_t> done_before_;  // ok rows that an earlier start ended, ascending
+  std::exception_ptr store_error_;
+  std::uint64_t not_ok_ = 0;
+};
+
+}  // namespace
+
+JobFunction add_describe_job(Command& program) {
+  auto options = std::make_shared<DescribeOptions>();
+  add_describe_command(program, *options);
+  return [options] {
+    resolve_describe_options(*options);
+    return DescribeJob(*options).run();
+  };
+}
+
+}  // namespace meander

@@ -1,0 +1,247 @@
+#include "jobs/describe/describe_options.h"
+
+#include <fmt/format.h>
+#include <oneapi/tbb/info.h>
+
+#include <algorithm>
+#include <map>
+#include <optional>
+#include <system_error>
+
+#include "io/parameters_text.h"
+#include "io/store/store.h"
+#include "jobs/cli/command_line.h"
+#include "jobs/cli/output_guard.h"
+#include "jobs/cli/settings.h"
+#include "jobs/cli/units.h"
+#include "jobs/cli/usage_error.h"
+#include "jobs/inputs/store_items.h"
+#include "kernels/model/sample_settings.h"
+#include "meander_version.h"
+
+namespace meander {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+bool has(const std::vector<Descriptor>& list, Descriptor descriptor) {
+  return std::find(list.begin(), list.end(), descriptor) != list.end();
+}
+
+struct Described {
+  Descriptor descriptor;
+  bool now;  // by this job, or in the store already
+};
+
+// A parameter of some descriptors: one value where all that it matters to agree, else one for each.
+void merge_parameter(std::map<std::string, std::string>& members, const char* name, const std::string& value,
+                     const std::vector<Described>& described, bool (*matters)(Descriptor)) {
+  std::map<std::string, std::string> values, before;
+  const std::string old = members.contains(name) ? members[name] : value;
+  if (old.starts_with('{')) before = split_members(old);
+  for (const Described& d : described) {
+    if (!matters(d.descriptor)) continue;
+    const std::string key(name_of(d.descriptor));
+    values[key] = d.now ? value : before.contains(key) ? before[key] : old;
+  }
+  const bool one = std::all_of(values.begin(), values.end(),
+                               [&](const auto& v) { return v.second == values.begin()->second; });
+  members[name] = values.empty() ? value : one ? values.begin()->second : join_members(values);
+}
+
+// The parameters of `meander run --describe` with what is described now added.
+std::string described_parameters(const StoreReader& store, const std::vector<DescriptorSchema>& schemas,
+                                 const DescribeParameters& describe) {
+  std::map<std::string, std::string> members = split_members(store.parameters_json());
+  std::vector<Described> described;
+  std::string names;
+  for (const DescriptorSchema& schema : schemas) {
+    if (schema.group != "descriptors") continue;
+    if (is_companion(schema.name)) continue;
+    names += (names.empty() ? "" : ",") + schema.name;
+    const auto at = std::find(descriptor_names.begin(), descriptor_names.end(), schema.name);
+    if (at == descriptor_names.end()) continue;  // of a later program
+    const auto descriptor = static_cast<Descriptor>(at - descriptor_names.begin());
+    described.push_back({descriptor, has(describe.descriptors, descriptor)});
+  }
+  members["describe"] = "\"" + names + "\"";
+  merge_parameter(members, "descriptor_bins", fmt::format("{}", describe.bins), described,
+                  [](Descriptor d) { return group_of(d).has_bins; });
+  merge_parameter(members, "descriptor_scale",
+                  describe.scale == HistogramScale::mean ? "\"mean\"" : "\"largest\"", described,
+                  [](Descriptor d) { return group_of(d).takes_scale; });
+  merge_parameter(members, "geodesic_sources", fmt::format("{}", describe.geodesic_sources), described,
+                  [](Descriptor d) { return group_of(d).takes_sources; });
+  return join_members(members);
+}
+
+// The header of this job where it has given the store its descriptors already, and died before its run was
+// removed: that is finished again.
+std::optional<StoreHeader> done_before(const StoreReader& store, const DescribeOptions& options) {
+  const fs::path output = described_output(options);
+  if (options.fresh || options.replace || output != fs::path(options.store)) return std::nullopt;
+  std::optional<RunPlan> begun = read_run_plan(output);
+  if (!begun || begun->purpose != purpose_describe ||
+      begun->header.parameters_json != store.parameters_json())
+    return std::nullopt;
+  const std::vector<DescriptorSchema>& there = store.descriptors();
+  const std::vector<DescriptorSchema> wanted = schemas_of(options.describe);
+  const bool has_all = std::all_of(wanted.begin(), wanted.end(), [&](const DescriptorSchema& schema) {
+    return std::any_of(there.begin(), there.end(), [&](const auto& d) { return d.name == schema.name; });
+  });
+  const bool same_shape = described_parameters(store, there, options.describe) == store.parameters_json();
+  return has_all && same_shape ? std::optional(std::move(begun->header)) : std::nullopt;
+}
+
+std::string described_by_meshes() {
+  return descriptors_with([](const DescriptorGroup& group) { return group.needs_mesh; });
+}
+
+}  // namespace
+
+StoreHeader described_header(const StoreReader& store, const DescribeOptions& options) {
+  if (std::optional<StoreHeader> done = done_before(store, options)) return *std::move(done);
+  StoreHeader header = store.header();
+  header.descriptors.clear();
+  std::vector<DescriptorSchema> added = schemas_of(options.describe);
+  if (store.tool_version() != meander_version)
+    for (DescriptorSchema& schema : added) schema.attributes.emplace_back("tool_version", meander_version);
+  // Those of the store keep their places; measures of the samples come last.
+  std::vector<DescriptorSchema> measures;
+  for (const DescriptorSchema& old : store.descriptors()) {
+    if (old.group != "descriptors") {
+      measures.push_back(old);
+      continue;
+    }
+    const auto again = std::find_if(added.begin(), added.end(),
+                                    [&](const DescriptorSchema& schema) { return schema.name == old.name; });
+    if (again != added.end() && !options.replace)
+      throw UsageError(fmt::format("`{}` has the descriptor {} already (--replace computes it again)",
+                                   options.store, old.name));
+    header.descriptors.push_back(again == added.end() ? old : *again);
+    if (again != added.end()) added.erase(again);
+  }
+  header.descriptors.insert(header.descriptors.end(), added.begin(), added.end());
+  header.descriptors.insert(header.descriptors.end(), measures.begin(), measures.end());
+  header.parameters_json = described_parameters(store, header.descriptors, options.describe);
+  return header;
+}
+
+void resolve_describe_options(DescribeOptions& options) {
+  std::vector<std::string> problems;
+  DescribeParameters& describe = options.describe;
+  if (const std::string problem = take_descriptors(options.descriptors, describe.descriptors);
+      !problem.empty())
+    problems.push_back("--descriptors: " + problem);
+  if (options.descriptors.empty())
+    problems.push_back(fmt::format("describe needs --descriptors: one or more of {}, separated by commas",
+                                   fmt::join(descriptor_names, ", ")));
+  const bool meshes = std::any_of(describe.descriptors.begin(), describe.descriptors.end(), needs_mesh);
+  if (problems.empty() && meshes && options.inputs.empty())
+    problems.push_back(
+        fmt::format("the meshes are needed for {}, and a store does not keep their paths: give the inputs of "
+                    "the run behind the store (meander describe STORE INPUT... --descriptors ...)",
+                    described_by_meshes()));
+  if (problems.empty() && !meshes && !options.inputs.empty())
+    problems.push_back(
+        fmt::format("no mesh is needed for {}: leave `{}` out", options.descriptors, options.inputs.front()));
+  if (problems.empty()) options.settings.finish(problems);
+  if (!options.shard.empty()) {
+    try {
+      options.rows = parse_shard(options.shard);
+    } catch (const UsageError& error) {
+      problems.emplace_back(error.what());
+    }
+    if (options.output.empty())
+      problems.push_back("--shard describes a part of the rows: give it a store of its own with -o");
+  }
+  const Budgets budgets = parse_budgets(options.memory, options.timeout, problems);
+  options.memory_bytes = budgets.memory_bytes;
+  options.timeout_seconds = budgets.timeout_seconds;
+  if (options.threads == 0) options.threads = std::max(1, oneapi::tbb::info::default_concurrency());
+  if (!problems.empty()) throw UsageError(fmt::format("{}", fmt::join(problems, "\n")));
+}
+
+// The columns that a descriptor is made from, beside the points.
+std::vector<SampleColumn> columns_for(Descriptor descriptor) {
+  std::vector<SampleColumn> columns;
+  if (needs_mesh(descriptor)) columns = {SampleColumn::face, SampleColumn::corners};
+  if (group_of(descriptor).needs_triangles) columns.push_back(SampleColumn::barycentric);
+  if (descriptor == Descriptor::shapedna) columns.push_back(SampleColumn::curve_rank);
+  if (descriptor == Descriptor::pairs_unsigned) columns.push_back(SampleColumn::normals);
+  return columns;
+}
+
+std::unique_ptr<StoreReader> open_described_store(const DescribeOptions& options) {
+  const fs::path unfinished = options.store + ".run";
+  if (!fs::exists(options.store) && fs::exists(unfinished))
+    throw UsageError("`" + options.store + "` is not finished: repeat the `meander` command that began it");
+  auto store = std::make_unique<StoreReader>(options.store, options.check, options.rows);
+  if (store->columns().rows == RowKind::surfaces && !options.inputs.empty())
+    throw UsageError("`" + options.store + "` is a store of parametric surfaces: there are no meshes for " +
+                     described_by_meshes());
+  for (const Descriptor descriptor : options.describe.descriptors)
+    for (const SampleColumn column : columns_for(descriptor))
+      store->require(column, fmt::format("the descriptor {}", name_of(descriptor)));
+  return store;
+}
+
+fs::path described_output(const DescribeOptions& options) {
+  std::error_code none;
+  const bool in_place = options.output.empty() || fs::equivalent(options.output, options.store, none);
+  return in_place ? options.store : options.output;
+}
+
+void check_described_output(const DescribeOptions& options, std::span<const fs::path> files_read) {
+  const fs::path output = described_output(options);
+  const bool in_place = output == fs::path(options.store);
+  if (in_place && !options.shard.empty())
+    throw UsageError(fmt::format(
+        "--shard: a part of `{}` cannot take the place of the whole: give another -o", options.store));
+  OutputGuard guard;
+  guard.protect(files_read);
+  if (!in_place) guard.protect(options.store, "the store itself");
+  check_store_output(output, options.fresh, guard);
+  if (!in_place && !options.fresh) refuse_finished_store(output, purpose_describe);
+}
+
+void add_describe_command(Command& program, DescribeOptions& options) {
+  Command command =
+      program.add_subcommand("describe", "Add descriptors to a finished store without sampling again");
+  command.add_option("STORE", options.store, "The store; it is replaced as a whole at the end").required();
+  command.add_option("INPUT", options.inputs,
+                     fmt::format("The inputs of `meander run`, for {}; files are found by their ids",
+                                 described_by_meshes()));
+  command.add_option(
+      "--descriptors", options.descriptors,
+      fmt::format("One or more of {}, separated by commas; required", fmt::join(descriptor_names, ",")));
+  command.add_option("-o,--output", options.output, "Write to this store instead");
+  options.settings.add(command, describe_settings(), options.describe);
+  command.add_option(
+      "--shard", options.shard,
+      "Describe part i of n of the rows, from 0/n, into the store of -o; `meander merge` puts the "
+      "parts together");
+  command.add_flag("--replace", options.replace, "Recompute descriptors that the store already has");
+  add_list_options(command, options.collect);
+  Command running = command.under("Running");
+  running.add_flag("--fresh", options.fresh,
+                   "Discard the unfinished work of an earlier describe (and OUTPUT)");
+  add_trust_option(running, options.check);
+  running.add_option("-j,--threads", options.threads, "Threads, up to 1024 (0: all available)")
+      .show_default()
+      .range(0, 1024);
+  running.add_option("--memory", options.memory, "Memory budget of the whole process").show_default();
+  running.add_flag("--allow-oversize", options.allow_oversize,
+                   "Process a model that exceeds the memory budget, on its own");
+  running.add_option("--timeout", options.timeout, "Time limit per model; 0: none").show_default();
+  Command report = command.under("Report");
+  report
+      .add_option("--progress", options.progress,
+                  "Progress on standard error; auto: a bar on a terminal, plain lines otherwise")
+      .show_default()
+      .one_of({"auto", "bar", "plain", "json", "none"});
+  report.add_flag("--json", options.json, "The summary as JSON on standard output");
+}
+
+}  // namespace meander

@@ -1,0 +1,355 @@
+// meander export: points of a store as files that other programs read.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <atomic>
+#include <filesystem>
+#include <memory>
+#include <set>
+
+#include "io/file/atomic_file.h"
+#include "io/file/file_error.h"
+#include "io/item_id.h"
+#include "io/json_writer.h"
+#include "io/mesh/mesh_reader.h"
+#include "io/mesh/point_writer.h"
+#include "io/store/store.h"
+#include "jobs/cli/command_line.h"
+#include "jobs/cli/exit_status.h"
+#include "jobs/cli/jobs.h"
+#include "jobs/cli/option_words.h"
+#include "jobs/cli/output_guard.h"
+#include "jobs/cli/output_names.h"
+#include "jobs/cli/standard_streams.h"
+#include "jobs/cli/unfinished_export.h"
+#include "jobs/cli/units.h"
+#include "jobs/cli/usage_error.h"
+#include "jobs/cli/working_process.h"
+#include "jobs/export/export_arrays.h"
+#include "jobs/export/export_descriptors.h"
+#include "jobs/export/export_page.h"
+#include "jobs/inputs/store_items.h"
+#include "meander_version.h"
+
+namespace meander {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+struct ExportOptions {
+  std::string store, output;
+  std::vector<std::string> items;
+  std::string format = "ply";
+  std::string frame;  // empty: that of the format
+  bool pointnet = false;
+  std::uint32_t shard_rows = 2048;
+  DescriptorExport descriptors;
+  ArrayExport arrays;
+  PageExport page;
+  bool fresh = false;
+
+  Existing existing() const { return fresh ? Existing::replace : Existing::keep; }
+  // Point files have the coordinates of the model's file, arrays for training those of the store.
+  PointFrame point_frame() const {
+    if (!frame.empty()) return value_of(frame_words, frame);
+    return pointnet || is_array_format(format) ? PointFrame::stored : PointFrame::file;
+  }
+  StoreCheck check = StoreCheck::every_byte;
+  std::uint64_t store_bytes = 0;  // facts of the store before it was opened
+  std::int64_t store_modified_ns = 0;
+};
+
+// The rows asked for, or all ok rows.
+std::vector<std::uint64_t> chosen_rows(const StoreReader& store, const std::vector<std::string>& items) {
+  std::vector<std::uint64_t> rows;
+  for (const std::string& item : items) {
+    rows.push_back(find_item(store, item));
+    const ItemReport report = store.report(rows.back());
+    if (report.status != Status::ok)
+      throw UsageError(
+          fmt::format("`{}` has no points: {}: {}", item, name_of(report.status), report.reason));
+  }
+  if (items.empty())
+    for (std::uint64_t row = 0; row < store.rows(); ++row)
+      if (store.report(row).status == Status::ok) rows.push_back(row);
+  return rows;
+}
+
+// Ids come from a file that anybody may have made: none leads out of the folder.
+fs::path path_below(const fs::path& folder, const std::string& id, const std::string& extension) {
+  const fs::path relative(id);
+  if (id.empty() || relative.is_absolute() || id.find('\0') != std::string::npos ||
+      std::find(relative.begin(), relative.end(), "..") != relative.end())
+    throw UsageError(
+        fmt::format("the item `{}` names a file outside `{}`: nothing is exported; name the items "
+                    "to export without it",
+                    id, folder.string()));
+  return folder / shortened_parts(id + extension);
+}
+
+// All that decides the files of an export and what they hold.
+std::string parameters_of(const StoreReader& store, const ExportOptions& options,
+                          const std::vector<std::string>& arrays = {}) {
+  JsonWriter json;
+  json.begin_object();
+  json.member("store", escape_id(fs::weakly_canonical(options.store).string()));
+  json.member("store_bytes", options.store_bytes);
+  json.member("store_modified_ns", options.store_modified_ns);
+  json.member("rows", store.rows());
+  const auto list = [&json](const char* name, const std::vector<std::string>& texts) {
+    json.key(name);
+    json.begin_array();
+    for (const std::string& text : texts) json.value(text);
+    json.end_array();
+  };
+  list("items", options.items);
+  json.member("program", std::string(meander_version));
+  json.member("format", options.pointnet ? std::string("pointnet") : options.format);
+  list("arrays", arrays);
+  json.member("frame", name_of(options.point_frame()));
+  if (options.pointnet) json.member("shard_rows", options.shard_rows);
+  if (options.format == "webdataset") {
+    json.member("stem", escape_id(fs::path(options.store).stem().string()));  // of the names of the shards
+    json.member("shard_bytes", options.arrays.shard_bytes);
+  }
+  json.end_object();
+  return json.text();
+}
+
+int say_stopped(const ExportOptions& options, const std::string& how_far) {
+  fmt::print(stderr, "meander: stopped {}; the same command{} continues\n", how_far,
+             options.fresh ? " without --fresh" : "");
+  return exit_stopped;
+}
+
+FileKind kind_of_format(const std::string& format) {
+  return format == "ply"   ? FileKind::ply_points
+         : format == "off" ? FileKind::off_points
+         : format == "npz" ? FileKind::zip
+                           : FileKind::xyz;
+}
+
+bool is_mesh_file(const fs::path& path) {
+  MeshFormat format{};
+  std::error_code none;
+  if (!mesh_format_of(path, format) || !fs::is_regular_file(path, none)) return false;
+  try {
+    const FileKind kind = kind_of_file(path);
+    return kind == FileKind::ply_mesh || kind == FileKind::off_mesh || kind == FileKind::obj_mesh ||
+           kind == FileKind::stl_mesh || kind == FileKind::gltf_mesh;
+  } catch (const RunError&) {
+    return false;  // it cannot be read, by a run either
+  }
+}
+
+// Points beside meshes would be inputs of the next run over these. Looks at the folders that get files, at
+// the first thousand entries of each.
+void refuse_folders_of_meshes(const std::vector<fs::path>& outputs) {
+  constexpr int most_entries = 1000;
+  const std::set<fs::path> own(outputs.begin(), outputs.end());
+  std::set<fs::path> folders;
+  for (const fs::path& output : outputs) folders.insert(output.parent_path());
+  for (const fs::path& folder : folders) {
+    std::error_code error;
+    int entries = 0;
+    for (fs::directory_iterator at(folder, error), end; !error && at != end && entries < most_entries;
+         at.increment(error), ++entries)
+      if (!own.contains(at->path()) && is_mesh_file(at->path()))
+        throw UsageError(
+            fmt::format("-o: `{}` holds meshes (`{}`): the points would be inputs of the next run over them; "
+                        "give another folder",
+                        folder.string(), at->path().filename().string()));
+  }
+}
+
+int export_points(const StoreReader& store, const std::vector<std::uint64_t>& rows,
+                  const ExportOptions& options, OutputGuard& guard) {
+  const std::vector<std::string> arrays = chosen_arrays(store, options.arrays);
+  if (options.format == "xyz") store.require(SampleColumn::normals, "--format xyz");
+  const auto write_row = [&](const PutBytes& put, std::uint64_t row) {
+    const Row content = store.read_row(row);
+    if (options.format == "npz")
+      return write_npz(put, store.columns(), arrays, options.point_frame(), content, store.id(row));
+    const PointFormat format = options.format == "ply"   ? PointFormat::ply
+                               : options.format == "off" ? PointFormat::off
+                                                         : PointFormat::xyz;
+    write_points(put, format, content.samples, content.report, options.point_frame());
+  };
+  if (options.output == standard_output) {
+    if (rows.size() != 1)
+      throw UsageError(
+          fmt::format("-o - takes the points of one item, not of {}: name the item", rows.size()));
+    write_row(print_bytes, rows.front());
+    return exit_done;
+  }
+  UnfinishedExport unfinished(options.output, parameters_of(store, options, arrays), options.fresh, guard);
+  std::vector<fs::path> paths;
+  for (const std::uint64_t row : rows) {
+    paths.push_back(path_below(options.output, store.id(row), "." + options.format));
+    if (*fs::path(store.id(row)).begin() == UnfinishedExport::description_name)
+      throw UsageError(
+          fmt::format("the item `{}` has the name of the description of the export, `{}`: name the "
+                      "items to export without it",
+                      store.id(row), UnfinishedExport::description_name));
+    guard.check(paths.back(), {kind_of_format(options.format)}, "-o", unfinished.existing(), true);
+  }
+  if (options.format == "ply" || options.format == "off") refuse_folders_of_meshes(paths);
+  if (unfinished.begin()) {
+    std::set<std::string> names;
+    for (const fs::path& path : paths) names.insert(path.lexically_relative(options.output).string());
+    remove_temporaries(options.output, names);
+  }
+  const std::atomic<bool>& stop = catch_stop_signals();
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    if (stop) return say_stopped(options, fmt::format("with {} of {} files written", i, rows.size()));
+    if (unfinished.has_made(paths[i])) continue;
+    std::error_code error;
+    fs::create_directories(paths[i].parent_path(), error);
+    if (error) throw_file_error(error.value(), "create", paths[i].parent_path(), FullDisk::stops_run);
+    AtomicFile file(paths[i], FullDisk::stops_run);
+    write_row([&file](std::string_view bytes) { file.append(bytes); }, rows[i]);
+    file.commit();
+  }
+  unfinished.end();
+  fmt::print("{} files in {}\n", rows.size(), options.output);
+  return exit_done;
+}
+
+// All files of an earlier export, whatever their number: those that are not written again are removed.
+void check_pointnet_files(const ExportOptions& options, Existing existing, OutputGuard& guard) {
+  for (const fs::path& file : pointnet_files(options.output)) {
+    const fs::path extension = file.extension();
+    if (extension == ".h5")
+      guard.check(file, {FileKind::hdf5}, "-o", existing);
+    else if (extension == ".json")
+      guard.check(file, {FileKind::json}, "-o", existing);
+    else
+      guard.check(file, {FileKind::text, FileKind::csv}, "-o", existing);
+  }
+}
+
+int export_shards(const StoreReader& store, const ExportOptions& options, OutputGuard& guard) {
+  require_pointnet_rows(store);
+  UnfinishedExport unfinished(options.output, parameters_of(store, options), options.fresh, guard);
+  check_pointnet_files(options, unfinished.existing(), guard);
+  if (unfinished.begin())
+    remove_temporaries(options.output, [](const std::string& name) { return is_pointnet_file(name); });
+  const PointnetCounts counts = export_pointnet(store, options.output, options.shard_rows,
+                                                &catch_stop_signals(), options.point_frame());
+  unfinished.end();
+  fmt::print("PointNet shards in {}: {} rows for training, {} for tests, {} for validation\n", options.output,
+             counts.train, counts.test, counts.validation);
+  if (counts.unlabelled > 0) fmt::print("{} rows without a class were left out\n", counts.unlabelled);
+  return exit_done;
+}
+
+int export_arrays(const StoreReader& store, const std::vector<std::uint64_t>& rows,
+                  const ExportOptions& options, OutputGuard& guard) {
+  const std::vector<std::string> arrays = chosen_arrays(store, options.arrays);
+  UnfinishedExport unfinished(options.output, parameters_of(store, options, arrays), options.fresh, guard);
+  const WebdatasetExport wanted{fs::path(options.store).stem().string(), options.output, arrays,
+                                parse_bytes(options.arrays.shard_bytes), options.point_frame()};
+  const std::vector<fs::path> earlier = webdataset_files(wanted);
+  for (const fs::path& file : earlier) guard.check(file, {FileKind::tar}, "-o", unfinished.existing());
+  if (unfinished.begin())
+    remove_temporaries(options.output,
+                       [&](const std::string& name) { return is_webdataset_file(name, wanted.stem); });
+  if (!export_webdataset(store, rows, wanted, catch_stop_signals()))
+    return say_stopped(options, "before all shards were written");
+  unfinished.end();
+  return exit_done;
+}
+
+int export_store(ExportOptions& options) {
+  std::error_code error;  // opening it says what is wrong
+  options.store_bytes = fs::file_size(options.store, error);
+  options.store_modified_ns = fs::last_write_time(options.store, error).time_since_epoch().count();
+  const StoreReader store(options.store, options.check);
+  OutputGuard guard;
+  guard.protect(options.store, "the store itself");
+  if (!options.page.output.empty()) {
+    PageExport wanted = options.page;
+    if (!options.items.empty()) wanted.rows = chosen_rows(store, options.items);
+    wanted.existing = options.existing();
+    return export_page(store, fs::path(options.store).filename().string(), wanted, guard);
+  }
+  if (is_descriptor_format(options.format)) {
+    DescriptorExport wanted = options.descriptors;
+    wanted.format = options.format;
+    wanted.output = options.output;
+    if (!options.items.empty()) wanted.rows = chosen_rows(store, options.items);
+    wanted.existing = options.existing();
+    return export_descriptors(store, wanted, guard);
+  }
+  if (options.pointnet) return export_shards(store, options, guard);
+  std::vector<std::uint64_t> rows = chosen_rows(store, options.items);
+  std::sort(rows.begin(), rows.end());
+  rows.erase(std::unique(rows.begin(), rows.end()), rows.end());
+  if (options.format == "webdataset") return export_arrays(store, rows, options, guard);
+  return export_points(store, rows, options, guard);
+}
+
+}  // namespace
+
+JobFunction add_export_job(Command& program) {
+  Command command = program.add_subcommand("export",
+                                           "Points of a store as PLY, OFF, XYZ or npz files, WebDataset or "
+                                           "PointNet shards, or an HTML page to turn "
+                                           "models in; descriptors as CSV, fbin, npy or HDF5");
+  auto options = std::make_shared<ExportOptions>();
+  command.add_option("STORE", options->store, "The store").required();
+  command.add_option("ITEM", options->items, "Ids or row numbers (default: all ok items)");
+  const Option output =
+      command.add_option("-o,--output", options->output,
+                         "Output folder, created if missing; with --descriptors the output file; -: the "
+                         "points of one item, or the CSV of descriptors, on standard output");
+  const Option format =
+      command.add_option("--format", options->format, "Of the point files, or of the file of descriptors")
+          .show_default()
+          .one_of({"ply", "off", "xyz", "npz", "webdataset", "csv", "fbin", "npy", "ann-hdf5"});
+  command
+      .add_option(
+          "--frame", options->frame,
+          "Coordinates of the points: file, those of the model's file (the default of ply, off and xyz), "
+          "or stored, those of the store, as --normalize of the run made them (the default of npz, "
+          "webdataset and --pointnet); each file says which it has")
+      .one_of(all_words(frame_words));
+  const Option pointnet = command
+                              .add_flag("--pointnet", options->pointnet,
+                                        "HDF5 shards for PointNet-style loaders: all ok rows with a class, "
+                                        "training and test rows in separate files")
+                              .excludes(format);
+  command.add_option("--shard-rows", options->shard_rows, "Rows per PointNet shard, 1 to 1000000")
+      .show_default()
+      .range(1, 1000000)
+      .needs(pointnet);
+  command.add_flag("--fresh", options->fresh, "Replace files of an earlier export");
+  add_array_export_options(command, options->arrays);
+  add_descriptor_export_options(command, options->descriptors);
+  add_page_export_options(command, options->page).excludes(format).excludes(pointnet).excludes(output);
+  add_trust_option(command, options->check);
+  return [options] {
+    check_descriptor_export(options->descriptors, options->format, options->output);
+    check_array_export(options->arrays, options->format);
+    if (options->page.shapes_page && options->page.output.empty())
+      throw UsageError("--models and --points apply to --html only");
+    if (!options->frame.empty() &&
+        (!options->page.output.empty() || (!options->pointnet && is_descriptor_format(options->format))))
+      throw UsageError(
+          "--frame applies to points in files and shards; the page of --html has stored points, descriptors "
+          "have "
+          "no frame");
+    if (options->output.empty() && options->page.output.empty())
+      throw UsageError("export needs -o FOLDER, or --html FILE");
+    if (options->pointnet && options->output == standard_output)
+      throw UsageError("PointNet shards are several files: -o FOLDER");
+    if (options->format == "webdataset" && options->output == standard_output)
+      throw UsageError("WebDataset shards are several files: -o FOLDER");
+    if (options->pointnet && !options->items.empty())
+      throw UsageError("--pointnet exports all ok rows: leave the items out");
+    return export_store(*options);
+  };
+}
+
+}  // namespace meander

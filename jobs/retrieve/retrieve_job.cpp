@@ -1,0 +1,412 @@
+// meander retrieve: similar models of a store by their descriptors, and how well that finds classes.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <memory>
+#include <optional>
+
+#include "io/file/atomic_file.h"
+#include "io/json_writer.h"
+#include "io/table/csv_writer.h"
+#include "io/table/json_table.h"
+#include "io/table/text_table.h"
+#include "jobs/cli/command_line.h"
+#include "jobs/cli/exit_status.h"
+#include "jobs/cli/jobs.h"
+#include "jobs/cli/option_words.h"
+#include "jobs/cli/output_guard.h"
+#include "jobs/cli/units.h"
+#include "jobs/cli/usage_error.h"
+#include "jobs/inputs/run_report.h"
+#include "jobs/retrieve/retrieve_query.h"
+#include "jobs/retrieve/retrieve_select.h"
+#include "jobs/retrieve/score_files.h"
+#include "jobs/rows/laboratory.h"
+#include "jobs/rows/retrieve_base.h"
+#include "kernels/core/parallel.h"
+#include "kernels/describe/describe_samples.h"
+#include "kernels/retrieve/retrieval_scores.h"
+
+namespace meander {
+
+namespace {
+
+constexpr std::size_t most_drawn_classes = 1024;
+
+struct EvaluateOptions : CompareOptions {
+  std::string classes, matrix, picture, confusion, html, shard, scores_file;
+  std::vector<std::string> score_files;
+  bool psb_compat = false, per_class = false;
+};
+
+std::string matrix_ids_path(const std::string& matrix) { return matrix + ".ids.csv"; }
+
+void check_outputs(const EvaluateOptions& options) {
+  OutputGuard guard;
+  guard.protect(options.store, "the store itself");
+  guard.protect(options.classes);
+  guard.check(options.csv, {FileKind::csv}, "--csv");
+  guard.check(options.matrix, {FileKind::distance_matrix}, "--matrix");
+  if (!options.matrix.empty()) guard.check(matrix_ids_path(options.matrix), {FileKind::csv}, "--matrix");
+  guard.check(options.picture, {FileKind::svg}, "--picture");
+  guard.check(options.confusion, {options.confusion.ends_with(".svg") ? FileKind::svg : FileKind::png},
+              "--confusion");
+  guard.check(options.html, {FileKind::html}, "--html");
+  for (const std::string& path : options.score_files) guard.protect(path, "scores that are read");
+  guard.check(options.scores_file, {FileKind::scores}, "--write-scores");
+}
+
+// ---- evaluate --------------------------------------------------------------------------------------------
+
+// The nearest models to a query, of its class and of any.
+struct NearestModels {
+  NearRow any, own;
+  bool has_own = false;
+};
+
+NearestModels nearest_models(const RetrievalTask& task, std::size_t query, std::span<const float> distances) {
+  NearestModels result;
+  bool has_any = false;
+  for (std::uint32_t row = 0; row < distances.size(); ++row) {
+    if (row == query) continue;
+    if (!has_any || distances[row] < result.any.distance) result.any = {row, distances[row]};
+    has_any = true;
+    if (task.label[row] != task.label[query]) continue;
+    if (!result.has_own || distances[row] < result.own.distance) result.own = {row, distances[row]};
+    result.has_own = true;
+  }
+  return result;
+}
+
+// What of the command needs all distances, or all scores, and cannot be had from a part.
+void check_parts(const EvaluateOptions& options) {
+  const bool writes = !options.scores_file.empty(), reads = !options.score_files.empty();
+  if (options.shard.empty() == writes)
+    throw UsageError(
+        "--shard i/n and --write-scores FILE belong together: the scores of one part of the queries");
+  if (writes && reads) throw UsageError("--write-scores and --read-scores exclude each other");
+  const std::vector<std::pair<const char*, bool>> given = {
+      {"--matrix", !options.matrix.empty()},   {"--html", !options.html.empty()},
+      {"--picture", !options.picture.empty()}, {"--confusion", !options.confusion.empty()},
+      {"--csv", !options.csv.empty()},         {"--per-class", options.per_class}};
+  for (std::size_t i = 0; i < given.size(); ++i)
+    if (given[i].second && (writes || (reads && i < 2)))
+      throw UsageError(fmt::format("{} needs {}: leave it out", given[i].first,
+                                   writes ? "the scores of all queries" : "all distances"));
+}
+
+// Of the queries [begin, end), whose distances go to `matrix` where it is one. nearest: empty, or one for
+// each row, filled in for those that are scored.
+std::vector<QueryScores> score_queries(const RetrievalBase& base, const RetrievalTask& task,
+                                       std::size_t begin, std::size_t end, AtomicFile* matrix = nullptr,
+                                       std::span<NearestModels> nearest = {}) {
+  const std::size_t n = task.rows();
+  std::vector<QueryScores> queries(end - begin);
+  if (begin == end) return queries;
+  visit_distances(base.base, begin, end, [&](std::size_t first, std::span<const float> distances) {
+    parallel_tasks(distances.size() / n, [&](std::size_t q) {
+      const std::size_t query = first + q;
+      if (!task.scores(query)) return;
+      queries[query - begin] = score_query(task, query, distances.subspan(q * n, n));
+      if (!nearest.empty()) nearest[query] = nearest_models(task, query, distances.subspan(q * n, n));
+    });
+    if (matrix != nullptr) matrix->append(std::as_bytes(distances));
+  });
+  return queries;
+}
+
+int write_part(const EvaluateOptions& options, const RetrievalBase& base, const RetrievalTask& task) {
+  const StoreShard shard = parse_shard(options.shard);
+  const std::uint64_t n = task.rows(), begin = n * shard.number / shard.count,
+                      end = n * (shard.number + 1) / shard.count;
+  const ScoreOrigin origin = origin_of_scores(options.store, base, options.distance, options.psb_compat);
+  write_scores(options.scores_file, origin, begin, score_queries(base, task, begin, end));
+  if (options.json) {
+    JsonWriter json;
+    json.begin_object();
+    json.member("scores", options.scores_file);
+    json.member("queries", n);
+    json.member("begin", begin);
+    json.member("end", end);
+    json.end_object();
+    fmt::print("{}\n", json.text());
+  } else {
+    fmt::print("{}: scores of {} of {} queries, from number {} on; --read-scores puts all parts together\n",
+               options.scores_file, end - begin, n, begin);
+  }
+  return exit_done;
+}
+
+RetrievalSummary evaluate_base(const RetrievalBase& base, const RetrievalTask& task,
+                               const std::string& matrix, bool with_confusion,
+                               std::span<NearestModels> nearest = {}) {
+  std::optional<AtomicFile> file;
+  if (!matrix.empty()) file.emplace(matrix);
+  const std::vector<QueryScores> queries =
+      score_queries(base, task, 0, task.rows(), file ? &*file : nullptr, nearest);
+  if (file) file->commit();
+  return summarise(task, queries, with_confusion);
+}
+
+// Which rows of the store the lines of the matrix are.
+void write_matrix_ids(const std::string& path, const StoreReader& store, const RetrievalBase& base) {
+  Table table{{{"position"}, {"row"}, {"id"}, {"label"}}, {}};
+  for (std::size_t i = 0; i < base.rows.size(); ++i)
+    table.rows.push_back({i, base.rows[i], store.id(base.rows[i]), base.classes[base.labels[i]]});
+  replace_file(path, csv_text(table));
+}
+
+std::vector<TableCell> score_cells(const std::string& name, std::size_t models, const RetrievalScores& s) {
+  return {name,        models, s.nearest_neighbour, s.first_tier, s.second_tier,
+          s.e_measure, s.dcg,  s.average_precision};
+}
+
+Table score_table(const RetrievalBase& base, const RetrievalTask& task, const RetrievalSummary& summary,
+                  bool per_class) {
+  Table table{{{"class"}, {"models"}, {"NN"}, {"1st tier"}, {"2nd tier"}, {"E-measure"}, {"DCG"}, {"mAP"}},
+              {}};
+  if (summary.queries > 0) {
+    table.rows.push_back(score_cells("(micro)", summary.queries, summary.micro));
+    table.rows.push_back(score_cells("(macro)", summary.queries, summary.macro));
+  }
+  if (!per_class) return table;
+  for (std::size_t c = 0; c < base.classes.size(); ++c) {
+    const std::size_t models = task.members[c].size();
+    if (models == 0) continue;
+    if (task.scored[c])
+      table.rows.push_back(score_cells(base.classes[c], models, summary.by_class[c]));
+    else
+      table.rows.push_back({base.classes[c], models});  // no scores
+  }
+  return table;
+}
+
+void write_precision(JsonWriter& json, const char* name, const RetrievalScores& scores) {
+  json.key(name);
+  json.begin_array();
+  for (const double precision : scores.precision) json.value(precision);
+  json.end_array();
+}
+
+void print_json(const EvaluateOptions& options, const RetrievalBase& base, const RetrievalSummary& summary,
+                const Table& table) {
+  JsonWriter json;
+  json.begin_object();
+  json.member("store", options.store);
+  json.member("descriptor", joined(base.terms));
+  json.member("distance", options.distance);
+  json.member("psb_compat", options.psb_compat);
+  json.member("rules", rules_text(options.psb_compat));
+  json.member("models", std::uint64_t{base.rows.size()});
+  json.member("queries", std::uint64_t{summary.queries});
+  json.member("classes", std::uint64_t{summary.classes});
+  write_left_out(json, base);
+  json.key("results");
+  write_table(json, table);
+  json.key("recall");
+  json.begin_array();
+  for (std::size_t i = 0; i < recall_levels; ++i) json.value(recall_level(i));
+  json.end_array();
+  write_precision(json, "precision_micro", summary.micro);
+  write_precision(json, "precision_macro", summary.macro);
+  json.end_object();
+  fmt::print("{}\n", json.text());
+}
+
+// ---- the page
+// ----------------------------------------------------------------------------------------------
+
+constexpr std::size_t most_confusions = 50;
+constexpr std::ptrdiff_t milliseconds_column = 3;
+
+Table confusion_table(const StoreReader& store, const RetrievalBase& base, const RetrievalTask& task,
+                      std::span<const NearestModels> nearest) {
+  const auto ratio = [&](std::size_t row) {
+    const NearestModels& models = nearest[row];
+    return models.own.distance > 0 ? models.any.distance / models.own.distance : 1.0f;  // both 0
+  };
+  std::vector<std::size_t> mistakes;
+  for (std::size_t row = 0; row < task.rows(); ++row)
+    if (task.scores(row) && task.label[nearest[row].any.row] != task.label[row]) mistakes.push_back(row);
+  std::stable_sort(mistakes.begin(), mistakes.end(),
+                   [&](std::size_t a, std::size_t b) { return ratio(a) < ratio(b); });
+  Table table{{{"query"},
+               {"class"},
+               {"nearest"},
+               {"its class"},
+               {"distance"},
+               {"nearest of its own class"},
+               {"distance to it"},
+               {"ratio"}},
+              {}};
+  for (std::size_t i = 0; i < std::min(mistakes.size(), most_confusions); ++i) {
+    const std::size_t row = mistakes[i];
+    const auto& [any, own, has_own] = nearest[row];
+    table.rows.push_back({store.id(base.rows[row]), base.classes[task.label[row]],
+                          store.id(base.rows[any.row]), base.classes[task.label[any.row]],
+                          static_cast<double>(any.distance), store.id(base.rows[own.row]),
+                          static_cast<double>(own.distance), static_cast<double>(ratio(row))});
+  }
+  return table;
+}
+
+// A row of the table of settings; milliseconds where the run of the store made this descriptor alone.
+void add_setting(EvaluationPage& page, const std::string& distance, const RetrievalBase& base,
+                 const RetrievalSummary& summary, const TableCell& milliseconds) {
+  const std::string name = joined(base.terms);
+  std::vector<TableCell> cells{name, distance, base.rows.size(), milliseconds};
+  const std::vector<TableCell> scores = score_cells("", 0, summary.micro);
+  cells.insert(cells.end(), scores.begin() + 2, scores.end());
+  page.settings.rows.push_back(std::move(cells));
+  page.curves.emplace_back(distance == "l1" ? name : name + ", " + distance, summary.micro);
+}
+
+// Every descriptor of the store on its own, after the setting that is evaluated.
+void add_descriptors(const EvaluateOptions& options, const StoreReader& store, const std::string& setting,
+                     const TableCell& milliseconds, EvaluationPage& page) {
+  for (const DescriptorSchema& schema : store.descriptors()) {
+    if (schema.group != "descriptors" || is_companion(schema.name)) continue;
+    const std::string distance = misfit(schema, options.kind()).empty() ? options.distance : "l1";
+    if (schema.name == setting) continue;
+    try {
+      const RetrievalBase base = load_labelled_base(store,
+                                                    {.descriptor = schema.name,
+                                                     .distance = value_of(distance_words, distance),
+                                                     .memory = parse_bytes(options.memory)},
+                                                    options.classes);
+      const RetrievalTask task = labelled_task(base, options.psb_compat);
+      add_setting(page, distance, base, evaluate_base(base, task, {}, false), milliseconds);
+    } catch (const UsageError& error) {  // too few rows have it: the page tells
+      page.notes.push_back(fmt::format("{}: {}.", schema.name, error.what()));
+    }
+  }
+}
+
+void write_html(const EvaluateOptions& options, const Laboratory& laboratory, const StoreReader& store,
+                const RetrievalBase& base, const RetrievalTask& task, const RetrievalSummary& summary,
+                std::span<const NearestModels> nearest) {
+  EvaluationPage page;
+  page.title = "Retrieval: " + std::filesystem::path(options.store).filename().string();
+  page.rules = rules_text(options.psb_compat);
+  page.notes.push_back(fmt::format("{} models, {} queries of {} classes; descriptor {}, distance {}.",
+                                   base.rows.size(), summary.queries, summary.classes, joined(base.terms),
+                                   options.distance));
+  if (const std::string left_out = left_out_text(base); !left_out.empty())
+    page.notes.push_back("Left out: " + left_out + ".");
+  const std::optional<double> all = read_run_report(options.store).describe_milliseconds;
+  std::size_t described = 0;
+  for (const DescriptorSchema& schema : store.descriptors())
+    described += schema.group == "descriptors" && !is_companion(schema.name);
+  if (all && described > 1)
+    page.notes.push_back(
+        fmt::format("The run of the store took {:.3g} ms a model for its descriptors together.", *all));
+  const TableCell alone = all && described == 1 ? TableCell(*all) : TableCell();
+  page.settings.columns = {{"descriptor"}, {"distance"}, {"models"},    {"ms a model"}, {"NN"},
+                           {"1st tier"},   {"2nd tier"}, {"E-measure"}, {"DCG"},        {"mAP"}};
+  add_setting(page, options.distance, base, summary, alone);
+  add_descriptors(options, store, joined(base.terms), alone, page);
+  if (alone.kind == CellKind::empty) {  // nothing is known of a single descriptor
+    page.settings.columns.erase(page.settings.columns.begin() + milliseconds_column);
+    for (std::vector<TableCell>& row : page.settings.rows) row.erase(row.begin() + milliseconds_column);
+  }
+  page.classes = score_table(base, task, summary, true);
+  page.confusions = confusion_table(store, base, task, nearest);
+  laboratory.write_page(options.html, page, base, task, summary);
+}
+
+int evaluate(const EvaluateOptions& options, const Laboratory* laboratory) {
+  if (!options.picture.empty()) require_laboratory(laboratory, "--picture");
+  if (!options.confusion.empty()) require_laboratory(laboratory, "--confusion");
+  if (!options.html.empty()) require_laboratory(laboratory, "--html");
+  if (!options.picture.empty() && !options.picture.ends_with(".svg"))
+    throw UsageError("--picture draws SVG: `" + options.picture + "` should end in .svg");
+  if (!options.confusion.empty() && !options.confusion.ends_with(".svg") &&
+      !options.confusion.ends_with(".png"))
+    throw UsageError("--confusion draws PNG or SVG: `" + options.confusion + "` should end in .png or .svg");
+  check_parts(options);
+  check_outputs(options);
+  const StoreReader store(options.store, options.check);
+  const RetrievalBase base = load_labelled_base(
+      store,
+      {.descriptor = options.descriptor, .distance = options.kind(), .memory = parse_bytes(options.memory)},
+      options.classes);
+  const RetrievalTask task = labelled_task(base, options.psb_compat);
+  if (!options.scores_file.empty()) return write_part(options, base, task);
+  const bool draws_confusion = !options.confusion.empty(), makes_page = !options.html.empty();
+  if (draws_confusion && base.classes.size() > most_drawn_classes)
+    throw UsageError(fmt::format("--confusion draws up to {} classes: there are {}", most_drawn_classes,
+                                 base.classes.size()));
+  std::vector<NearestModels> nearest(makes_page ? base.rows.size() : 0);
+  const bool with_confusion = draws_confusion || (makes_page && base.classes.size() <= most_drawn_classes);
+  const RetrievalSummary summary =
+      options.score_files.empty()
+          ? evaluate_base(base, task, options.matrix, with_confusion, nearest)
+          : summarise(task,
+                      read_scores(options.score_files,
+                                  origin_of_scores(options.store, base, options.distance, options.psb_compat),
+                                  base.classes.size()),
+                      with_confusion);
+  if (!options.matrix.empty()) write_matrix_ids(matrix_ids_path(options.matrix), store, base);
+  const Table table = score_table(base, task, summary, options.per_class);
+  if (!options.csv.empty()) replace_file(options.csv, csv_text(table));
+  if (!options.picture.empty())
+    laboratory->draw_precision(options.picture, joined(base.terms) + ", " + options.distance, base, task,
+                               summary, options.per_class);
+  if (!options.confusion.empty()) laboratory->draw_confusion(options.confusion, base, task, summary);
+  if (makes_page) write_html(options, *laboratory, store, base, task, summary, nearest);
+  if (options.json) {
+    print_json(options, base, summary, table);
+    return exit_done;
+  }
+  fmt::print("{} models, {} queries of {} classes; descriptor {}, distance {}\n", base.rows.size(),
+             summary.queries, summary.classes, joined(base.terms), options.distance);
+  const std::string left_out = left_out_text(base);
+  if (!left_out.empty()) fmt::print("left out: {}\n", left_out);
+  fmt::print("rules: {}\n{}", rules_text(options.psb_compat), text_table(table));
+  return exit_done;
+}
+
+}  // namespace
+
+JobFunction add_retrieve_job(Command& program, const Laboratory* laboratory) {
+  Command command = program.add_subcommand(
+      "retrieve",
+      "Search a store for similar models by their descriptors, and evaluate the search by classes");
+  command.require_subcommand();
+  const JobFunction query = add_query_command(command, laboratory);
+  auto options = std::make_shared<EvaluateOptions>();
+  Command judge = command.add_subcommand(
+      "evaluate", "Use every model as a query: scores, precision over recall, confusion of classes");
+  add_compare_options(judge, *options);
+  judge.add_option("--classes", options->classes,
+                   "Princeton .cla file (default: the labels of the store); it orders the rows of --matrix");
+  judge.add_flag(
+      "--psb-compat", options->psb_compat,
+      "Rules of psbTable: ties in row order; tiny and miscellaneous classes are left out of averages");
+  judge.add_flag("--per-class", options->per_class, "Scores of every class, also in the picture");
+  judge.add_option(
+      "--matrix", options->matrix,
+      "Write all distances to this file: N x N float32 in row order, no header; FILE.ids.csv says "
+      "which row and id each is");
+  judge.add_option("--picture", options->picture, "Plot precision over recall to this SVG file");
+  judge.add_option(
+      "--confusion", options->confusion,
+      "Draw the confusion matrix (class of the query, class of the nearest model) to this SVG or PNG file");
+  judge.add_option(
+      "--html", options->html,
+      "Write a page with all of this to this file: also every descriptor of the store on its own, and "
+      "the worst confusions");
+  judge.add_option("--shard", options->shard,
+                   "Score part i of n of the queries alone, from 0/n, into the file of --write-scores");
+  judge.add_option("--write-scores", options->scores_file, "Where the scores of --shard go");
+  judge.add_option("--read-scores", options->score_files,
+                   "Files of --write-scores with all parts: no distance is computed again");
+  const JobFunction select = add_select_command(command);
+  return [options, laboratory, command, query, select] {
+    if (command.chose("query")) return query();
+    return command.chose("evaluate") ? evaluate(*options, laboratory) : select();
+  };
+}
+
+}  // namespace meander

@@ -1,0 +1,313 @@
+#include "jobs/retrieve/retrieve_query.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <memory>
+#include <optional>
+#include <utility>
+
+#include "io/file/atomic_file.h"
+#include "io/json_writer.h"
+#include "io/table/csv_writer.h"
+#include "io/table/json_table.h"
+#include "io/table/text_table.h"
+#include "jobs/cli/exit_status.h"
+#include "jobs/cli/output_guard.h"
+#include "jobs/cli/units.h"
+#include "jobs/cli/usage_error.h"
+#include "jobs/inputs/inputs.h"
+#include "jobs/inputs/store_items.h"
+#include "jobs/retrieve/mesh_queries.h"
+#include "jobs/rows/described_meshes.h"
+#include "jobs/rows/laboratory.h"
+#include "jobs/rows/retrieve_base.h"
+#include "kernels/retrieve/nearest_rows.h"
+
+namespace meander {
+
+namespace {
+
+struct QueryOptions : CompareOptions {
+  std::vector<std::string> items, meshes;
+  std::uint32_t k = 10;
+  std::string picture;
+  std::vector<std::string> inputs;
+  InputOptions collect;
+  HitPictureLook look;
+};
+
+// One query and the rows of the store that were found, nearest first.
+struct Answer {
+  std::string query;
+  Status status = Status::ok;
+  std::string reason{};                // empty when ok
+  std::optional<std::uint64_t> row{};  // of a query that the store has
+  std::optional<PlanItem> file{};      // of a mesh
+  std::vector<NearRow> found{};
+};
+
+// Queries on their way into a search.
+struct Asked {
+  std::vector<Answer> answers;
+  std::vector<DescriptorQuery> queries;  // of the answers that are ok, in their order
+
+  void add(Answer answer, std::optional<DescriptorQuery> query) {
+    if (answer.status == Status::ok && !query) {
+      answer.status = Status::internal;
+      answer.reason = "its descriptor could not be made: its values are not finite";
+    }
+    if (answer.status == Status::ok) queries.push_back(std::move(*query));
+    answers.push_back(std::move(answer));
+  }
+};
+
+void ask_items(const StoreReader& store, const RetrievalBase& base, const QueryOptions& options,
+               Asked& asked) {
+  for (const std::string& item : options.items) {
+    const std::uint64_t row = find_item(store, item);
+    const ItemReport report = store.report(row);
+    if (report.status != Status::ok)
+      throw UsageError(
+          fmt::format("`{}` has no descriptors: {}: {}", item, name_of(report.status), report.reason));
+    std::optional<DescriptorQuery> query = query_of(store, base, row);
+    if (!query)
+      throw UsageError(fmt::format("`{}` lacks {}: it could not be made, see `meander describe`", item,
+                                   joined(base.terms)));
+    asked.add({.query = store.id(row), .row = row}, std::move(query));
+  }
+}
+
+void ask_meshes(const StoreReader& store, const RetrievalBase& base, const QueryOptions& options,
+                std::uint64_t memory, Asked& asked) {
+  if (options.meshes.empty()) return;
+  if (store.method_version() != store_method_version)
+    fmt::print(
+        stderr,
+        "`{}` was sampled by method version {}, the queries are by version {}: a model of the store is "
+        "near itself, not equal\n",
+        options.store, store.method_version(), store_method_version);
+  std::vector<DescriptorSchema> schemas;
+  for (const DescriptorTerm& term : base.terms) schemas.push_back(term.schema);
+  for (MeshQuery& mesh : describe_queries(store, options.store, schemas, options.meshes, memory)) {
+    std::optional<DescriptorQuery> query;
+    if (mesh.status == Status::ok) query = query_of(base, mesh.values);
+    asked.add({.query = std::move(mesh.id),
+               .status = mesh.status,
+               .reason = std::move(mesh.reason),
+               .file = std::move(mesh.file)},
+              std::move(query));
+  }
+}
+
+constexpr std::size_t most_pictures = 400;
+
+// Once the number of queries is known, before the search.
+void check_picture_size(const QueryOptions& options, std::size_t queries, std::uint64_t rows) {
+  const std::uint64_t across = 1 + std::min<std::uint64_t>(options.k, rows);
+  if (!options.picture.empty() && queries * across > most_pictures)
+    throw UsageError(
+        fmt::format("--picture: {} queries with up to {} models each are more than {} pictures: take a "
+                    "smaller -k or fewer queries",
+                    queries, across - 1, most_pictures));
+}
+
+// All queries in one pass over the store.
+std::vector<Answer> answered(const StoreReader& store, RetrievalBase& base, const QueryOptions& options,
+                             std::uint64_t memory) {
+  Asked asked;
+  ask_items(store, base, options, asked);
+  ask_meshes(store, base, options, memory, asked);
+  check_picture_size(options, asked.answers.size(), store.rows());
+  const std::uint64_t kept = std::min<std::uint64_t>(options.k, store.rows());
+  std::uint64_t held = asked.queries.size() * kept * sizeof(NearRow);
+  for (const DescriptorQuery& query : asked.queries)
+    for (const std::vector<float>& block : query.blocks) held += block.size() * sizeof(float);
+  NearestSearch search(options.k);
+  auto query = asked.queries.begin();
+  for (const Answer& answer : asked.answers)
+    if (answer.status == Status::ok)
+      search.add_query(std::move(*query++), answer.row ? *answer.row : NearestSearch::no_row);
+  search_store(store, base, search, memory, held);
+  std::size_t number = 0;
+  for (Answer& answer : asked.answers)
+    if (answer.status == Status::ok) answer.found = search.found(number++);
+  return std::move(asked.answers);
+}
+
+std::vector<TableCell> cells_of(const StoreReader& store, std::size_t rank, const NearRow& found) {
+  const std::uint64_t row = found.row;
+  const std::int32_t label = store.label(row);
+  return {rank, row, store.id(row),
+          label >= 0 ? TableCell(store.label_names().at(static_cast<std::size_t>(label))) : TableCell(),
+          static_cast<double>(found.distance)};
+}
+
+// One query has no column of its own.
+Table table_of(const StoreReader& store, std::span<const Answer> answers) {
+  Table table{{{"rank"}, {"row"}, {"id"}, {"class"}, {"distance"}}, {}};
+  if (answers.size() > 1) table.columns.insert(table.columns.begin(), {"query"});
+  for (const Answer& answer : answers)
+    for (std::size_t i = 0; i < answer.found.size(); ++i) {
+      std::vector<TableCell> cells = cells_of(store, i + 1, answer.found[i]);
+      if (answers.size() > 1) cells.insert(cells.begin(), answer.query);
+      table.rows.push_back(std::move(cells));
+    }
+  return table;
+}
+
+void print_json(const QueryOptions& options, const StoreReader& store, const RetrievalBase& base,
+                std::span<const Answer> answers) {
+  const bool one = options.meshes.empty() && answers.size() == 1;
+  JsonWriter json;
+  json.begin_object();
+  json.member("store", options.store);
+  if (one) json.member("item", answers.front().query);
+  json.member("descriptor", joined(base.terms));
+  json.member("distance", options.distance);
+  write_left_out(json, base);
+  if (!one) {
+    json.key("queries");
+    json.begin_array();
+  }
+  for (const Answer& answer : answers) {
+    if (!one) {
+      json.begin_object();
+      json.member("query", answer.query);
+      json.member("status", name_of(answer.status));
+      json.member("reason", answer.reason);
+    }
+    json.key("results");
+    write_table(json, table_of(store, std::span(&answer, 1)));
+    if (!one) json.end_object();
+  }
+  if (!one) json.end_array();
+  json.end_object();
+  fmt::print("{}\n", json.text());
+}
+
+// ---- the picture -----------------------------------------------------------------------------------------
+
+std::string class_of(const StoreReader& store, std::uint64_t row) {
+  const std::int32_t label = store.label(row);
+  return label < 0 ? "" : store.label_names().at(static_cast<std::size_t>(label));
+}
+
+PicturedHit hit_of(const StoreReader& store, const DescribedMeshes& meshes, std::uint64_t row) {
+  PlanItem item;
+  item.row = row;
+  PicturedHit hit{.row = row, .title = store.id(row)};
+  if (meshes.add_file(item)) hit.file = std::move(item);
+  return hit;
+}
+
+std::vector<PicturedHit> hits_of(const StoreReader& store, const DescribedMeshes& meshes,
+                                 const Answer& answer) {
+  std::vector<PicturedHit> hits;
+  std::string own_class;
+  if (answer.row) {
+    hits.push_back(hit_of(store, meshes, *answer.row));
+    own_class = class_of(store, *answer.row);
+  } else {
+    hits.push_back({.file = answer.file, .title = answer.query});
+  }
+  hits.front().note = own_class.empty() ? "query" : "query, " + own_class;
+  if (answer.status != Status::ok)
+    hits.front().failure = fmt::format("{}: {}", name_of(answer.status), answer.reason);
+  for (std::size_t i = 0; i < answer.found.size(); ++i) {
+    PicturedHit& hit = hits.emplace_back(hit_of(store, meshes, answer.found[i].row));
+    const std::string its_class = class_of(store, answer.found[i].row);
+    hit.note = fmt::format("{}: {:.4g}{}{}", i + 1, answer.found[i].distance, its_class.empty() ? "" : ", ",
+                           its_class);
+    if (!own_class.empty() && !its_class.empty()) hit.right_class = own_class == its_class;
+  }
+  return hits;
+}
+
+DescribedMeshes meshes_of(const StoreReader& store, const QueryOptions& options, OutputGuard& guard) {
+  if (options.inputs.empty()) return {};
+  std::vector<std::string> ids;
+  for (std::uint64_t row = 0; row < store.rows(); ++row) ids.push_back(store.id(row));
+  DescribedMeshes meshes(options.store, ids, options.inputs, options.collect);
+  guard.protect(meshes.files_read());
+  return meshes;
+}
+
+void check_picture(const QueryOptions& options, const Laboratory* laboratory) {
+  if (options.picture.empty()) return;
+  require_laboratory(laboratory, "--picture");
+  if (!options.picture.ends_with(".png"))
+    throw UsageError("--picture draws PNG: `" + options.picture + "` should end in .png");
+}
+
+int query(const QueryOptions& options, const Laboratory* laboratory) {
+  if (options.items.empty() && options.meshes.empty())
+    throw UsageError("nothing is asked: name items of the store, or meshes with --mesh");
+  OutputGuard guard;
+  guard.protect(options.store, "the store itself");
+  check_picture(options, laboratory);
+  const StoreReader store(options.store, options.check);
+  const std::uint64_t memory = parse_bytes(options.memory);
+  const DescribedMeshes meshes = meshes_of(store, options, guard);
+  guard.check(options.csv, {FileKind::csv}, "--csv");
+  guard.check(options.picture, {FileKind::png}, "--picture");
+  RetrievalBase base = load_searched_base(
+      store, {.descriptor = options.descriptor, .distance = options.kind(), .memory = memory});
+  const std::vector<Answer> answers = answered(store, base, options, memory);
+  const Table table = table_of(store, answers);
+  if (!options.csv.empty()) replace_file(options.csv, csv_text(table));
+  if (!options.picture.empty()) {
+    std::vector<std::vector<PicturedHit>> rows;
+    for (const Answer& answer : answers) rows.push_back(hits_of(store, meshes, answer));
+    HitPictureLook look = options.look;
+    look.surfaces = !options.inputs.empty();
+    look.memory = memory;
+    laboratory->draw_hits(options.picture, store, rows, look);
+  }
+  if (options.json)
+    print_json(options, store, base, answers);
+  else
+    fmt::print("{}", text_table(table));
+  int status = exit_done;
+  for (const Answer& answer : answers) {
+    if (answer.status == Status::ok) continue;
+    fmt::print(stderr, "{}: {}: {}\n", answer.query, name_of(answer.status), answer.reason);
+    status = exit_some_failed;
+  }
+  return status;
+}
+
+}  // namespace
+
+JobFunction add_query_command(Command& retrieve, const Laboratory* laboratory) {
+  auto options = std::make_shared<QueryOptions>();
+  Command command = retrieve.add_subcommand(
+      "query", "List the models of a store that are most similar to its own, or to any mesh");
+  add_compare_options(command, *options);
+  command.add_option("ITEM", options->items, "Ids or row numbers of models of the store");
+  command.add_option("--mesh", options->meshes,
+                     "Mesh files, folders or lists as queries: sampled and described as the store was");
+  command.add_option("-k,--count", options->k, "Number of models to list for each query, 1 to 1000000")
+      .show_default()
+      .range(1, 1000000);
+  Command pictures = command.under("Picture");
+  const Option picture = pictures.add_option(
+      "--picture", options->picture, "Draw every query beside the models that were found to this PNG file");
+  pictures
+      .add_option(
+          "--input", options->inputs,
+          "Where the meshes of the store are, as given to its run: drawn as surfaces (default: points)")
+      .needs(picture);
+  pictures.add_option("--size", options->look.size, "Pixels of a model's picture, 64 to 1024")
+      .show_default()
+      .range(64, 1024)
+      .needs(picture);
+  pictures.add_option("--up", options->look.up, "The axis of the models that points up")
+      .show_default()
+      .one_of({"x", "y", "z"})
+      .needs(picture);
+  return [options, laboratory] { return query(*options, laboratory); };
+}
+
+}  // namespace meander
