@@ -2,6 +2,7 @@
 // struct, and command line, stored parameters, Python and pages of help are made from the list by loops.
 #pragma once
 
+#include <algorithm>
 #include <charconv>
 #include <concepts>
 #include <cstdint>
@@ -59,6 +60,16 @@ std::string joined_texts(const Texts& texts, const char* between = ", ") {
   std::string all;
   for (const auto& text : texts) all += (all.empty() ? "" : between) + std::string(text);
   return all;
+}
+
+// Texts with commas between them, in turn.
+template <class Take>
+void for_each_word(std::string_view text, const Take& take) {
+  while (!text.empty()) {
+    const std::string_view word = text.substr(0, text.find(','));
+    text.remove_prefix(std::min(text.size(), word.size() + 1));
+    take(word);
+  }
 }
 
 // What is wrong with a text that is none of the words: one sentence, with the nearest of them.
@@ -210,11 +221,10 @@ class SettingList {
 
   std::span<const Item> items() const { return items_; }
   // Null where there is none.
-  const Item* named(std::string_view name) const {
-    return find([&](const Item& i) { return i.name == name; });
-  }
   const Item* with_keyword(std::string_view keyword) const {
-    return find([&](const Item& i) { return !keyword.empty() && i.keyword == keyword; });
+    for (const Item& item : items_)
+      if (!keyword.empty() && item.keyword == keyword) return &item;
+    return nullptr;
   }
 
  private:
@@ -225,12 +235,6 @@ class SettingList {
     item.help = std::move(help);
     item.heading = heading_;
     return item;
-  }
-  template <class Is>
-  const Item* find(const Is& is) const {
-    for (const Item& item : items_)
-      if (is(item)) return &item;
-    return nullptr;
   }
   std::vector<Item> items_;
   std::string heading_ = "Options";

@@ -7,7 +7,7 @@
 #include <string>
 #include <utility>
 
-#include "kernels/core/spelling.h"
+#include "kernels/core/setting.h"
 #include "kernels/describe/geodesic_histogram.h"
 #include "kernels/describe/heat_geodesics.h"
 #include "kernels/describe/outward_normals.h"
@@ -33,23 +33,19 @@ std::string take_descriptors(std::string_view text, std::vector<Descriptor>& des
   descriptors.clear();
   if (text == "none") return "";
   std::string problems;
-  while (!text.empty()) {
-    const std::string_view name = text.substr(0, text.find(','));
-    text.remove_prefix(std::min(text.size(), name.size() + 1));
+  for_each_word(text, [&](std::string_view name) {
     const auto at = std::find(descriptor_names.begin(), descriptor_names.end(), name);
     if (at == descriptor_names.end()) {
-      std::string list;
-      for (const std::string_view known : descriptor_names)
-        list += (list.empty() ? "" : ", ") + std::string(known);
       const std::string near = nearest(name, descriptor_names);
-      problems += (problems.empty() ? "" : "; ") + ("no descriptor `" + std::string(name)) + "` (" + list +
-                  ")" + (near.empty() ? "" : ", did you mean `" + near + "`?");
-      continue;
+      problems += (problems.empty() ? "" : "; ") + ("no descriptor `" + std::string(name)) + "` (" +
+                  joined_texts(descriptor_names) + ")" +
+                  (near.empty() ? "" : ", did you mean `" + near + "`?");
+      return;
     }
     const auto descriptor = static_cast<Descriptor>(at - descriptor_names.begin());
     if (std::find(descriptors.begin(), descriptors.end(), descriptor) == descriptors.end())
       descriptors.push_back(descriptor);
-  }
+  });
   return problems;
 }
 

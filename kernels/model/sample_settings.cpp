@@ -37,18 +37,8 @@ bool has_bins(const DescriptorGroup& group) { return group.has_bins; }
 bool takes_scale(const DescriptorGroup& group) { return group.takes_scale; }
 bool takes_sources(const DescriptorGroup& group) { return group.takes_sources; }
 
-// Texts with commas between them, in turn.
-template <class Take>
-void for_each_word(std::string_view text, const Take& take) {
-  while (!text.empty()) {
-    const std::string_view word = text.substr(0, text.find(','));
-    text.remove_prefix(std::min(text.size(), word.size() + 1));
-    take(word);
-  }
-}
-
 std::string take_strict(P& p, std::string_view text) {
-  std::string problem;
+  std::string problems;
   p.strict = 0;
   for_each_word(text, [&](std::string_view word) {
     const auto at = std::find(note_names.begin(), note_names.end(), word);
@@ -57,9 +47,10 @@ std::string take_strict(P& p, std::string_view text) {
     else if (at != note_names.end())
       p.strict |= set_of(static_cast<Note>(at - note_names.begin()));
     else
-      problem = "`" + std::string(word) + "` is neither `all` nor a note (" + joined_texts(note_names) + ")";
+      problems += (problems.empty() ? "`" : "; `") + std::string(word) + "` is neither `all` nor a note (" +
+                  joined_texts(note_names) + ")";
   });
-  return problem;
+  return problems;
 }
 
 void add_density_settings(SampleSettings& list) {

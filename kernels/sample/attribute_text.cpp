@@ -4,6 +4,8 @@
 #include <array>
 #include <utility>
 
+#include "kernels/core/setting.h"
+
 namespace meander {
 
 namespace {
@@ -45,12 +47,10 @@ std::string take_attribute(std::string_view text, AttributeColumn& column) {
 std::string take_attributes(std::string_view text, std::vector<AttributeColumn>& columns) {
   columns.clear();
   std::string problems;
-  while (!text.empty()) {
-    const std::string_view one = text.substr(0, text.find(','));
-    text.remove_prefix(std::min(text.size(), one.size() + 1));
+  for_each_word(text, [&](std::string_view one) {
     if (const std::string problem = take_attribute(one, columns.emplace_back()); !problem.empty())
       problems += (problems.empty() ? "" : "; ") + problem;
-  }
+  });
   std::sort(columns.begin(), columns.end(),
             [](const AttributeColumn& a, const AttributeColumn& b) { return a.name < b.name; });
   for (std::size_t i = 1; i < columns.size(); ++i)

@@ -187,7 +187,8 @@ std::vector<std::string> validate(const SurfaceSampleParameters& p) {
   check_range(problems, "jitter", p.jitter, 0.0, 1.0);
   if (p.sequence == SequenceKind::spaced && p.place == PlaceKind::vertex)
     problems.push_back("the sequence spaced chooses points in elements: place at elements, not vertices");
-  if (p.leaves_per_sample > 0) check_range(problems, "leaves per sample", p.leaves_per_sample, 1.0, 1024.0);
+  if (p.leaves_per_sample > 0 && p.leaves_per_sample < 1)
+    check_range(problems, "leaves per sample", p.leaves_per_sample, 1.0, 1024.0);
   check_range(problems, "least curve depth", p.min_depth, 5, 12);
   if (p.max_depth < p.min_depth) check_range(problems, "max depth", p.max_depth, p.min_depth, 31);
   check_range(problems, "density quantile", p.density.quantile, 0.01, 1.0);

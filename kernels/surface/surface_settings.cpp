@@ -24,9 +24,8 @@ bool is_shaped(const P& p) {
 constexpr const char* shaped = "applies to curvature densities: mean, gaussian or max";
 
 SurfaceSettings make_settings() {
-  std::string presets;
-  for (const ExpressionPreset& preset : expression_presets())
-    presets += (presets.empty() ? "" : ", ") + std::string(preset.name);
+  std::vector<std::string_view> presets;
+  for (const ExpressionPreset& preset : expression_presets()) presets.push_back(preset.name);
   SurfaceSettings list;
   list.number(
           "samples", "-n,--samples", [](auto& p) -> auto& { return p.samples; }, 1, 2147483648.0,
@@ -40,8 +39,8 @@ SurfaceSettings make_settings() {
                        : std::string(text_of(density_kinds, p.density.kind));
           },
           [](P& p, std::string_view text) { return take_surface_density(text, p.density); },
-          "uniform, mean|gaussian|max curvature, or an expression in u, v, x, y, z (presets: " + presets +
-              ")")
+          "uniform, mean|gaussian|max curvature, or an expression in u, v, x, y, z (presets: " +
+              joined_texts(presets) + ")")
       .in_python("density");
   list.number(
           "density_floor", "--density-floor", [](auto& p) -> auto& { return p.density.floor; }, 1e-6, 1,

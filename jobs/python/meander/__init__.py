@@ -103,11 +103,13 @@ def _sampler_of(options):
     return _core.Sampler(**dict(options))
 
 
+_WHOLE = {row["keyword"] for row in _core.settings("mesh") if row["type"] == "int"}
+
+
 def _sampler(options):
     """The one with these options: those that cast rays take a moment to make."""
-    for row in _core.settings("mesh"):
-        if row["type"] == "int" and row["keyword"] in options:
-            options[row["keyword"]] = operator.index(options[row["keyword"]])
+    for name in _WHOLE.intersection(options):
+        options[name] = operator.index(options[name])
     return _sampler_of(tuple(options.items()))
 
 
