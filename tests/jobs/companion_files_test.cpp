@@ -381,7 +381,10 @@ TEST_CASE("run --strict: models with such notes are incomplete, and done again o
 TEST_CASE("run --strict: words that are no notes, and notes on colours without --colors, are refused") {
   const ScratchFolder scratch;
   put_shapenet(scratch / "in");
-  const ProcessResult word = run_with(scratch / "in", scratch / "s.h5", {"--strict", "image_lost"});
+  const ProcessResult word =
+      run_with(scratch / "in", scratch / "s.h5", {"--strict", "image_lost,notes_lost"});
+  for (const char* const wrong : {"`image_lost` is neither", "`notes_lost` is neither"})
+    CHECK(word.err.find(wrong) != std::string::npos);
   CHECK(word.exit_code == 2);
   CHECK_THAT(word.err, ContainsSubstring("image_lost") && ContainsSubstring("image_missing"));
   const ProcessResult plain = run_with(scratch / "in", scratch / "s.h5", {"--strict", "image_missing"});
