@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "bench/bench_shapes.h"
-#include "kernels/describe/curved_samples.h"
 #include "kernels/describe/depth_views.h"
 #include "kernels/describe/distance_histogram.h"
 #include "kernels/describe/laplacian_spectrum.h"
@@ -19,6 +18,7 @@
 #include "kernels/describe/shape_functions.h"
 #include "kernels/describe/shape_moments.h"
 #include "kernels/describe/shell_harmonics.h"
+#include "kernels/sample/curved_samples.h"
 #include "kernels/solve/intrinsic_delaunay.h"
 
 namespace meander::bench {

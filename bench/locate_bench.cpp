@@ -1,8 +1,8 @@
 // Curve elements and point location.
 #include "bench/bench_shapes.h"
-#include "kernels/locate/element_cells.h"
-#include "kernels/locate/elements.h"
-#include "kernels/locate/embree_locator.h"
+#include "kernels/partition/element_cells.h"
+#include "kernels/partition/elements.h"
+#include "kernels/rays/embree_locator.h"
 
 namespace meander::bench {
 

@@ -1,6 +1,6 @@
 // The 1-D set and the placement of samples.
 #include "bench/bench_shapes.h"
-#include "kernels/locate/element_cells.h"
+#include "kernels/partition/element_cells.h"
 #include "kernels/sample/place_samples.h"
 
 namespace meander::bench {

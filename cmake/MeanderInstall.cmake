@@ -9,15 +9,17 @@ set(included_headers
   core/cancel.h core/instruction_set.h core/notes.h core/portable_functions.h core/random.h core/status.h core/vector3.h core/work_budget.h
   curve/curve_key.h curve/curve_tree.h
   cut/cut_to_disk.h
+  data/samples.h
   density/density.h
   describe/depth_views.h describe/describe_samples.h describe/distance_histogram.h describe/oriented_pairs.h describe/shape_dna.h
   describe/shape_moments.h
   describe/shell_harmonics.h
   flatten/flatten_chart.h
-  locate/chart_places.h locate/elements.h locate/embree_locator.h
   mesh/box_frame.h mesh/coarsen_mesh.h mesh/measured_mesh.h mesh/polygon_mesh.h mesh/prepared_mesh.h mesh/surface_textures.h
   model/sample_parameters.h model/sampler.h
-  sample/place_samples.h sample/samples.h sample/spaced_samples.h
+  partition/chart_places.h partition/elements.h
+  rays/embree_locator.h
+  sample/place_samples.h sample/spaced_samples.h
   segment/random_walk.h segment/segment_mesh.h
   tensor/chart_alignment.h tensor/make_tensor_field.h tensor/tangent_tensor.h tensor/tensor_field.h)
 list(TRANSFORM public_headers PREPEND kernels/public/)

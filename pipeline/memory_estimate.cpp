@@ -9,8 +9,8 @@
 #include "kernels/density/formula_density.h"
 #include "kernels/describe/heat_geodesics.h"
 #include "kernels/describe/shape_dna.h"
-#include "kernels/locate/element_cells.h"
-#include "kernels/locate/surface_regions.h"
+#include "kernels/partition/element_cells.h"
+#include "kernels/partition/surface_regions.h"
 #include "kernels/sample/placed_sites.h"
 
 namespace meander {

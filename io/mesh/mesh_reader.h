@@ -15,8 +15,8 @@
 #include "io/file/byte_source.h"
 #include "io/file/file_bytes.h"
 #include "kernels/core/cancel.h"
+#include "kernels/data/samples.h"
 #include "kernels/mesh/polygon_mesh.h"
-#include "kernels/sample/samples.h"
 
 namespace meander {
 

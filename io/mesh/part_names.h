@@ -9,8 +9,8 @@
 #include <string_view>
 #include <vector>
 
+#include "kernels/data/samples.h"
 #include "kernels/mesh/polygon_mesh.h"
-#include "kernels/sample/samples.h"
 
 namespace meander {
 

@@ -4,7 +4,7 @@
 #include <functional>
 #include <string_view>
 
-#include "kernels/sample/samples.h"
+#include "kernels/data/samples.h"
 
 namespace meander {
 

@@ -16,7 +16,7 @@
 #include <vector>
 
 #include "io/file/atomic_file.h"
-#include "kernels/sample/samples.h"
+#include "kernels/data/samples.h"
 
 namespace meander {
 

@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "kernels/render/rgb_image.h"
+#include "kernels/data/rgb_image.h"
 
 namespace meander {
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "io/plot/colour.h"
-#include "kernels/render/rgb_image.h"
+#include "kernels/data/rgb_image.h"
 
 namespace meander {
 

@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <vector>
 
-#include "kernels/render/rgb_image.h"
+#include "kernels/data/rgb_image.h"
 
 namespace meander {
 

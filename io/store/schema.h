@@ -23,7 +23,7 @@ inline constexpr std::uint32_t note_text_width = 320;
 std::string clean_line(std::string_view text, std::size_t max_bytes);
 
 // Little-endian everywhere; status, method, split and reasons of orders are 8-bit enums with the names of
-// kernels/core/status.h and kernels/sample/samples.h; text is UTF-8 of fixed width padded with zero bytes.
+// kernels/core/status.h and kernels/data/samples.h; text is UTF-8 of fixed width padded with zero bytes.
 enum class ElementType : std::uint8_t {
   f32,
   f64,

@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "io/run_error.h"
-#include "kernels/sample/samples.h"
+#include "kernels/data/samples.h"
 
 namespace meander {
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-#include "kernels/sample/samples.h"
+#include "kernels/data/samples.h"
 
 namespace meander {
 

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "io/store/store.h"
-#include "kernels/locate/embree_locator.h"
 #include "kernels/model/sample_parameters.h"
+#include "kernels/rays/embree_locator.h"
 #include "kernels/render/stroke_picture.h"
 #include "pipeline/sampling_graph.h"
 

@@ -7,9 +7,9 @@
 #include <string_view>
 #include <vector>
 
+#include "kernels/data/samples.h"
 #include "kernels/mesh/prepared_mesh.h"
 #include "kernels/render/oriented_splats.h"
-#include "kernels/sample/samples.h"
 
 namespace meander {
 

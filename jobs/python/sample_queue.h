@@ -11,7 +11,7 @@
 #include <utility>
 
 #include "jobs/python/array_mesh.h"
-#include "kernels/sample/samples.h"
+#include "kernels/data/samples.h"
 
 namespace meander {
 

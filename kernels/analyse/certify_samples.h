@@ -5,9 +5,9 @@
 #include <vector>
 
 #include "kernels/core/cancel.h"
+#include "kernels/data/samples.h"
 #include "kernels/mesh/prepared_mesh.h"
 #include "kernels/model/sample_parameters.h"
-#include "kernels/sample/samples.h"
 
 namespace meander {
 

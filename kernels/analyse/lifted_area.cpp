@@ -5,7 +5,7 @@
 
 #include "kernels/core/parallel.h"
 #include "kernels/core/vector3.h"
-#include "kernels/describe/curved_samples.h"
+#include "kernels/sample/curved_samples.h"
 
 namespace meander {
 

@@ -10,7 +10,7 @@
 #include "kernels/core/parallel.h"
 #include "kernels/core/random.h"
 #include "kernels/core/status.h"
-#include "kernels/curve/bounds_tree.h"
+#include "kernels/mesh/bounds_tree.h"
 
 namespace meander {
 

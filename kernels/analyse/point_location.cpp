@@ -10,7 +10,7 @@
 #include "kernels/analyse/unit_frame.h"
 #include "kernels/core/nearest_on_triangle.h"
 #include "kernels/core/parallel.h"
-#include "kernels/locate/embree_adapter.h"
+#include "kernels/rays/embree_adapter.h"
 
 namespace meander {
 

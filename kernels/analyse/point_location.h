@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "kernels/core/vector3.h"
-#include "kernels/locate/embree_locator.h"
+#include "kernels/rays/embree_locator.h"
 
 namespace meander {
 

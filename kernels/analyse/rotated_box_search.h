@@ -7,7 +7,7 @@
 #include <cstdint>
 
 #include "kernels/analyse/box_discrepancy.h"
-#include "kernels/curve/bounds_tree.h"
+#include "kernels/mesh/bounds_tree.h"
 
 namespace meander {
 

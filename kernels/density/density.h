@@ -47,7 +47,7 @@ struct DensityParameters {
 };
 
 // Linear on triangles: three values for each. Or, finer than triangles, constant on the pieces that bisection
-// makes of them (kernels/locate/pieces.h). Without either uniform, 1 everywhere.
+// makes of them (kernels/density/pieces.h). Without either uniform, 1 everywhere.
 struct Density {
   std::vector<double> corner;  // 3 T values >= 0 at the corners of each triangle, or empty
   // Or the means over the pieces, by path: those of triangle t begin at piece_begin[t], and its 2^d pieces

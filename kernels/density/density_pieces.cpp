@@ -7,7 +7,7 @@
 
 #include "kernels/core/ordered_blocks.h"
 #include "kernels/core/portable_functions.h"
-#include "kernels/locate/pieces.h"
+#include "kernels/density/pieces.h"
 
 namespace meander {
 

@@ -10,7 +10,7 @@
 #include "kernels/core/portable_functions.h"
 #include "kernels/density/density_pieces.h"
 #include "kernels/mesh/surface_textures.h"
-#include "kernels/sample/texture_colors.h"
+#include "kernels/mesh/texture_colors.h"
 
 namespace meander {
 

@@ -9,6 +9,7 @@
 
 #include "kernels/core/cancel.h"
 #include "kernels/core/random.h"
+#include "kernels/data/samples.h"
 #include "kernels/describe/depth_views.h"
 #include "kernels/describe/distance_histogram.h"
 #include "kernels/describe/oriented_pairs.h"
@@ -16,7 +17,6 @@
 #include "kernels/describe/shape_moments.h"
 #include "kernels/describe/shell_harmonics.h"
 #include "kernels/mesh/prepared_mesh.h"
-#include "kernels/sample/samples.h"
 
 namespace meander {
 

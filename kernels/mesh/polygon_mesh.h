@@ -63,7 +63,7 @@ struct PolygonMesh {
   std::vector<ScalarAttribute> asked_face_attributes;  // the same of faces, P values each
   // The names behind the numbers of asked_face_attributes and `part`, as one JSON object of lists by the name
   // of the attribute, {"object":["seat","leg"]}: class i is entry i. Where they would take more than
-  // most_name_bytes (kernels/sample/samples.h) lists are shorter, or not there. Empty: there are none.
+  // most_name_bytes (kernels/data/samples.h) lists are shorter, or not there. Empty: there are none.
   std::string names;
   CornerCoordinates coordinates;
   SurfaceColors colors;

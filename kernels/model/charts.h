@@ -6,9 +6,9 @@
 
 #include "kernels/core/cancel.h"
 #include "kernels/cut/cut_to_disk.h"
+#include "kernels/data/samples.h"
 #include "kernels/flatten/flatten_chart.h"
 #include "kernels/mesh/measured_mesh.h"
-#include "kernels/sample/samples.h"
 
 namespace meander {
 

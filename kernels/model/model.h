@@ -9,13 +9,13 @@
 #include "kernels/core/cancel.h"
 #include "kernels/core/random.h"
 #include "kernels/curve/curve_tree.h"
-#include "kernels/locate/element_cells.h"
-#include "kernels/locate/surface_regions.h"
 #include "kernels/mesh/coarsen_mesh.h"
 #include "kernels/mesh/polygon_mesh.h"
 #include "kernels/mesh/prepared_mesh.h"
 #include "kernels/model/sample_parameters.h"
 #include "kernels/model/tensor_segments.h"
+#include "kernels/partition/element_cells.h"
+#include "kernels/partition/surface_regions.h"
 #include "kernels/sample/placed_sites.h"
 
 namespace meander {

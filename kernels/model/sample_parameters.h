@@ -9,14 +9,14 @@
 #include <vector>
 
 #include "kernels/core/notes.h"
+#include "kernels/data/samples.h"
 #include "kernels/density/density.h"
 #include "kernels/describe/describe_samples.h"
 #include "kernels/flatten/flatten_chart.h"
-#include "kernels/locate/elements.h"
-#include "kernels/locate/embree_locator.h"
 #include "kernels/mesh/coarsen_mesh.h"
+#include "kernels/partition/elements.h"
+#include "kernels/rays/embree_locator.h"
 #include "kernels/sample/place_samples.h"
-#include "kernels/sample/samples.h"
 #include "kernels/segment/segment_mesh.h"
 #include "kernels/tensor/chart_alignment.h"
 #include "kernels/tensor/make_tensor_field.h"

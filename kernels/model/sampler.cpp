@@ -6,9 +6,9 @@
 #include <utility>
 
 #include "kernels/core/failure.h"
-#include "kernels/locate/embree_locator.h"
 #include "kernels/mesh/count_limit.h"
 #include "kernels/model/model.h"
+#include "kernels/rays/embree_locator.h"
 
 namespace meander {
 

@@ -6,9 +6,9 @@
 #include <span>
 
 #include "kernels/core/cancel.h"
+#include "kernels/data/samples.h"
 #include "kernels/mesh/polygon_mesh.h"
 #include "kernels/model/sample_parameters.h"
-#include "kernels/sample/samples.h"
 
 namespace meander {
 

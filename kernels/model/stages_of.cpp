@@ -6,10 +6,10 @@
 #include <stdexcept>
 #include <utility>
 
-#include "kernels/describe/curved_samples.h"
 #include "kernels/mesh/prepare_mesh.h"
 #include "kernels/model/charts.h"
 #include "kernels/model/model.h"
+#include "kernels/sample/curved_samples.h"
 #include "kernels/sample/point_frames.h"
 #include "kernels/sample/sample_attributes.h"
 #include "kernels/sample/sample_colors.h"

@@ -7,11 +7,11 @@
 #include <vector>
 
 #include "kernels/core/cancel.h"
+#include "kernels/data/samples.h"
 #include "kernels/density/density.h"
 #include "kernels/flatten/flatten_chart.h"
 #include "kernels/mesh/measured_mesh.h"
 #include "kernels/model/sample_parameters.h"
-#include "kernels/sample/samples.h"
 #include "kernels/sample/spaced_samples.h"
 #include "kernels/segment/segment_mesh.h"
 #include "kernels/tensor/make_tensor_field.h"

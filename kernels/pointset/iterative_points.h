@@ -4,7 +4,7 @@
 #include <cstdint>
 
 #include "kernels/core/random.h"
-#include "kernels/pointset/point_set.h"
+#include "kernels/pointset/plain_points.h"
 
 namespace meander {
 

@@ -6,7 +6,7 @@
 #include <optional>
 #include <string_view>
 
-#include "kernels/pointset/point_set.h"
+#include "kernels/pointset/plain_points.h"
 
 namespace meander {
 

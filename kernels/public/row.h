@@ -1,4 +1,4 @@
 // <meander/row.h>: the result of sampling a model: samples, descriptors and the report of the item. See Row.
 #pragma once
 
-#include "kernels/sample/samples.h"
+#include "kernels/data/samples.h"

@@ -10,7 +10,7 @@
 
 #include "kernels/core/parallel.h"
 #include "kernels/core/vector3.h"
-#include "kernels/curve/bounds_tree.h"
+#include "kernels/mesh/bounds_tree.h"
 
 namespace meander {
 

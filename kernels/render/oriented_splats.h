@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "kernels/core/vector3.h"
+#include "kernels/data/rgb_image.h"
 #include "kernels/render/picture_camera.h"
-#include "kernels/render/rgb_image.h"
 
 namespace meander {
 

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <span>
 
-#include "kernels/render/rgb_image.h"
+#include "kernels/data/rgb_image.h"
 #include "kernels/render/surface_picture.h"
 
 namespace meander {

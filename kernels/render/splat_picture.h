@@ -5,7 +5,7 @@
 #include <span>
 
 #include "kernels/core/vector3.h"
-#include "kernels/render/rgb_image.h"
+#include "kernels/data/rgb_image.h"
 
 namespace meander {
 

@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "kernels/render/rgb_image.h"
+#include "kernels/data/rgb_image.h"
 #include "kernels/render/stroke_brushes.h"
 #include "kernels/render/stroke_media.h"
 

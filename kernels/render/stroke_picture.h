@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "kernels/core/vector3.h"
+#include "kernels/data/rgb_image.h"
 #include "kernels/render/depth_picture.h"
-#include "kernels/render/rgb_image.h"
 #include "kernels/render/stroke_canvas.h"
 #include "kernels/render/stroke_media.h"
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "kernels/core/vector3.h"
-#include "kernels/render/rgb_image.h"
+#include "kernels/data/rgb_image.h"
 
 namespace meander {
 

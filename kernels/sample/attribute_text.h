@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-#include "kernels/sample/samples.h"
+#include "kernels/data/samples.h"
 
 namespace meander {
 

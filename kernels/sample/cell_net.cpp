@@ -9,8 +9,8 @@
 
 #include "kernels/core/random.h"
 #include "kernels/core/vector_instructions.h"
-#include "kernels/order/node_items.h"
-#include "kernels/order/weighted_selection.h"
+#include "kernels/partition/node_items.h"
+#include "kernels/partition/weighted_selection.h"
 
 namespace meander {
 

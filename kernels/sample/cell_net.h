@@ -9,8 +9,8 @@
 #include <span>
 #include <vector>
 
-#include "kernels/order/balanced_order.h"
-#include "kernels/order/net_digits.h"
+#include "kernels/partition/balanced_order.h"
+#include "kernels/partition/net_digits.h"
 
 namespace meander {
 

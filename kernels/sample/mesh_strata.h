@@ -3,9 +3,9 @@
 
 #include "kernels/core/random.h"
 #include "kernels/density/density.h"
-#include "kernels/locate/element_cells.h"
-#include "kernels/locate/pieces.h"
+#include "kernels/density/pieces.h"
 #include "kernels/mesh/measured_mesh.h"
+#include "kernels/partition/element_cells.h"
 #include "kernels/sample/spaced_samples.h"
 
 namespace meander {

@@ -6,15 +6,15 @@
 #include <numeric>
 
 #include "kernels/core/parallel.h"
-#include "kernels/locate/element_cells.h"
+#include "kernels/partition/element_cells.h"
 #include "kernels/sample/cell_net.h"
 #include "kernels/sample/mesh_strata.h"
 #include "kernels/sample/placed_sites.h"
 #include "kernels/sample/placer.h"
-#include "kernels/sample/point_set.h"
 #include "kernels/sample/redraw_limit.h"
 #include "kernels/sample/sample_frame.h"
 #include "kernels/sample/sample_sites.h"
+#include "kernels/sample/seen_points.h"
 #include "kernels/sample/sequence.h"
 
 namespace meander {
@@ -85,7 +85,7 @@ Redrawn redraw_repeated(const Placer& placer, SampleSites& sites, std::span<cons
   const auto count = static_cast<std::uint32_t>(sites.count());
   const bool at_vertices = placer.parameters.place == PlaceKind::vertex;
   Redrawn redrawn;
-  PointSet seen(count);
+  SeenPoints seen(count);
   RedrawLimit limit(max_redraws);
   for (std::uint32_t rank = 0; rank < count; ++rank) {
     if (rank % sum_block == 0) cancel.check();

@@ -8,11 +8,11 @@
 
 #include "kernels/core/cancel.h"
 #include "kernels/core/random.h"
+#include "kernels/data/samples.h"
 #include "kernels/density/density.h"
-#include "kernels/locate/elements.h"
 #include "kernels/mesh/box_frame.h"
 #include "kernels/mesh/measured_mesh.h"
-#include "kernels/sample/samples.h"
+#include "kernels/partition/elements.h"
 #include "kernels/sample/spaced_samples.h"
 
 namespace meander {

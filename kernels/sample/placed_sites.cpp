@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "kernels/core/parallel.h"
-#include "kernels/locate/element_source.h"
+#include "kernels/partition/element_source.h"
 #include "kernels/sample/distinct_points.h"
 #include "kernels/sample/placer.h"
 #include "kernels/sample/sample_frame.h"

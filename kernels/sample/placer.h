@@ -9,7 +9,7 @@
 
 #include "kernels/core/exact_division.h"
 #include "kernels/core/random.h"
-#include "kernels/locate/pieces.h"
+#include "kernels/density/pieces.h"
 #include "kernels/mesh/measured_mesh.h"
 #include "kernels/mesh/polygon_mesh.h"
 #include "kernels/sample/place_samples.h"

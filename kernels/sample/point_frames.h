@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "kernels/core/vector3.h"
+#include "kernels/data/samples.h"
 #include "kernels/mesh/prepared_mesh.h"
 #include "kernels/sample/place_samples.h"
-#include "kernels/sample/samples.h"
 
 namespace meander {
 

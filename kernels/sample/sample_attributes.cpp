@@ -6,7 +6,7 @@
 #include <limits>
 #include <string>
 
-#include "kernels/sample/polygon_corners.h"
+#include "kernels/mesh/polygon_corners.h"
 
 namespace meander {
 

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "kernels/core/cancel.h"
+#include "kernels/data/samples.h"
 #include "kernels/mesh/polygon_mesh.h"
-#include "kernels/sample/samples.h"
 
 namespace meander {
 

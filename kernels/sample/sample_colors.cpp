@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "kernels/sample/texture_colors.h"
+#include "kernels/mesh/texture_colors.h"
 
 namespace meander {
 

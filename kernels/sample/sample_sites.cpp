@@ -4,7 +4,7 @@
 #include <stdexcept>
 
 #include "kernels/core/parallel.h"
-#include "kernels/locate/bisection_walk.h"
+#include "kernels/partition/bisection_walk.h"
 #include "kernels/sample/cell_net.h"
 #include "kernels/sample/sequence.h"
 

@@ -10,10 +10,10 @@
 
 #include "kernels/core/cancel.h"
 #include "kernels/core/random.h"
-#include "kernels/locate/element_cells.h"
-#include "kernels/locate/element_source.h"
-#include "kernels/locate/pieces.h"
-#include "kernels/locate/surface_regions.h"
+#include "kernels/density/pieces.h"
+#include "kernels/partition/element_cells.h"
+#include "kernels/partition/element_source.h"
+#include "kernels/partition/surface_regions.h"
 
 namespace meander {
 

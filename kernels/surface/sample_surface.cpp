@@ -9,8 +9,8 @@
 #include "kernels/core/expression.h"
 #include "kernels/core/ordered_blocks.h"
 #include "kernels/core/random.h"
-#include "kernels/sample/point_set.h"
 #include "kernels/sample/redraw_limit.h"
+#include "kernels/sample/seen_points.h"
 #include "kernels/sample/sequence.h"
 #include "kernels/surface/patch_tree.h"
 #include "kernels/surface/surface_leaf.h"
@@ -253,7 +253,7 @@ SurfaceSamples sample_surface(const ParametricSurface& surface, const SurfaceSam
   });
   samples.bound_violations = std::accumulate(violations.begin(), violations.end(), std::uint64_t{0});
 
-  PointSet seen(count);
+  SeenPoints seen(count);
   RedrawLimit limit(max_redraws);
   for (std::uint32_t rank = 0; rank < count; ++rank) {
     if (rank % sample_block == 0) cancel.check();

@@ -1,7 +1,7 @@
 // Samples of a parametric surface as a row of a store.
 #pragma once
 
-#include "kernels/sample/samples.h"
+#include "kernels/data/samples.h"
 #include "kernels/surface/sample_surface.h"
 #include "kernels/surface/surface.h"
 

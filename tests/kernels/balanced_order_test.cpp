@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "kernels/core/random.h"
-#include "kernels/order/balanced_order.h"
-#include "kernels/order/sheet_cut.h"
+#include "kernels/partition/balanced_order.h"
+#include "kernels/partition/sheet_cut.h"
 #include "support/catch.h"
 #include "support/threads.h"
 

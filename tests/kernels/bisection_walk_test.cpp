@@ -1,13 +1,13 @@
-#include "kernels/locate/bisection_walk.h"
+#include "kernels/partition/bisection_walk.h"
 
 #include <algorithm>
 #include <cmath>
 #include <set>
 #include <vector>
 
-#include "kernels/locate/surface_regions.h"
 #include "kernels/mesh/prepare_mesh.h"
 #include "kernels/model/model.h"
+#include "kernels/partition/surface_regions.h"
 #include "support/catch.h"
 #include "support/test_meshes.h"
 

@@ -1,6 +1,6 @@
 // Triangles clipped by planes: masses on both sides, nothing lost, points of cross-sections distributed by
 // mass, and faces that a plane cannot part.
-#include "kernels/order/clipped_pieces.h"
+#include "kernels/partition/clipped_pieces.h"
 
 #include <algorithm>
 #include <array>
@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "kernels/core/random.h"
-#include "kernels/order/balanced_order.h"
+#include "kernels/partition/balanced_order.h"
 #include "support/catch.h"
 #include "support/threads.h"
 

@@ -7,8 +7,8 @@
 #include <set>
 
 #include "kernels/density/density.h"
-#include "kernels/locate/chart_places.h"
 #include "kernels/mesh/prepare_mesh.h"
+#include "kernels/partition/chart_places.h"
 #include "support/catch.h"
 #include "support/hand_charts.h"
 #include "support/test_meshes.h"

@@ -1,4 +1,4 @@
-#include "kernels/describe/curved_samples.h"
+#include "kernels/sample/curved_samples.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "kernels/locate/embree_locator.h"
+#include "kernels/rays/embree_locator.h"
 
 #include <oneapi/tbb/flow_graph.h>
 
@@ -12,9 +12,9 @@
 
 #include "kernels/core/parallel.h"
 #include "kernels/curve/curve_frames.h"
-#include "kernels/locate/chart_geometry.h"
-#include "kernels/locate/chart_scene.h"
+#include "kernels/flatten/chart_geometry.h"
 #include "kernels/mesh/prepare_mesh.h"
+#include "kernels/rays/chart_scene.h"
 #include "kernels/wavy_square.h"
 #include "support/catch.h"
 #include "support/clip_tree.h"

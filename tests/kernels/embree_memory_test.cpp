@@ -1,9 +1,9 @@
 // Embree without memory: its functions are replaced by ones that fail on demand.
 #include <dlfcn.h>
 
-#include "kernels/locate/embree_adapter.h"
-#include "kernels/locate/embree_locator.h"
 #include "kernels/model/sampler.h"
+#include "kernels/rays/embree_adapter.h"
+#include "kernels/rays/embree_locator.h"
 #include "support/catch.h"
 #include "support/test_meshes.h"
 

@@ -10,8 +10,8 @@
 #include "kernels/analyse/lifted_area.h"
 #include "kernels/analyse/nearest_points.h"
 #include "kernels/core/random.h"
-#include "kernels/describe/curved_samples.h"
 #include "kernels/describe/distance_histogram.h"
+#include "kernels/sample/curved_samples.h"
 #include "support/catch.h"
 #include "support/test_meshes.h"
 

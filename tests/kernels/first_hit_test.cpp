@@ -2,9 +2,9 @@
 #include <cmath>
 
 #include "kernels/core/parallel.h"
-#include "kernels/locate/chart_geometry.h"
-#include "kernels/locate/embree_locator.h"
+#include "kernels/flatten/chart_geometry.h"
 #include "kernels/mesh/prepare_mesh.h"
+#include "kernels/rays/embree_locator.h"
 #include "kernels/wavy_square.h"
 #include "support/catch.h"
 #include "support/hand_charts.h"

@@ -11,10 +11,10 @@
 
 #include "kernels/analyse/chi_square.h"
 #include "kernels/density/density_pieces.h"
-#include "kernels/locate/embree_locator.h"
-#include "kernels/locate/pieces.h"
+#include "kernels/density/pieces.h"
 #include "kernels/mesh/prepare_mesh.h"
 #include "kernels/model/model.h"
+#include "kernels/rays/embree_locator.h"
 #include "support/catch.h"
 #include "support/test_meshes.h"
 #include "support/threads.h"

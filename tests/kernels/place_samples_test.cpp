@@ -8,8 +8,8 @@
 #include <set>
 
 #include "kernels/curve/curve_key.h"
-#include "kernels/locate/element_cells.h"
 #include "kernels/mesh/prepare_mesh.h"
+#include "kernels/partition/element_cells.h"
 #include "kernels/sample/sample_sites.h"
 #include "kernels/sample/sequence.h"
 #include "support/catch.h"

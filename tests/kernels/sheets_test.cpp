@@ -1,4 +1,4 @@
-#include "kernels/locate/sheets.h"
+#include "kernels/rays/sheets.h"
 
 #include <numeric>
 #include <random>

@@ -11,8 +11,8 @@
 #include <set>
 
 #include "kernels/analyse/spacing.h"
-#include "kernels/locate/element_cells.h"
 #include "kernels/mesh/prepare_mesh.h"
+#include "kernels/partition/element_cells.h"
 #include "kernels/sample/mesh_strata.h"
 #include "kernels/sample/place_samples.h"
 #include "kernels/sample/room.h"

@@ -1,4 +1,4 @@
-#include "kernels/locate/surface_regions.h"
+#include "kernels/partition/surface_regions.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,10 +9,10 @@
 
 #include "kernels/analyse/box_discrepancy.h"
 #include "kernels/curve/curve_key.h"
-#include "kernels/locate/bisection_walk.h"
-#include "kernels/locate/pieces.h"
+#include "kernels/density/pieces.h"
 #include "kernels/mesh/prepare_mesh.h"
 #include "kernels/model/model.h"
+#include "kernels/partition/bisection_walk.h"
 #include "kernels/sample/sample_sites.h"
 #include "support/catch.h"
 #include "support/sanitized.h"
@@ -102,8 +102,8 @@ Model placed(const PolygonMesh& file, SampleParameters parameters, std::uint32_t
   OutputFrame frame = output_frame(model.surface, NormalizeKind::none);
   const ElementParameters elements = element_parameters(parameters);
   const auto place = [&](const auto& order) {
-    return place_samples(model.file, model.surface, model.measure.density, order, model.key, place_parameters(parameters),
-                         frame, repairs);
+    return place_samples(model.file, model.surface, model.measure.density, order, model.key,
+                         place_parameters(parameters), frame, repairs);
   };
   model.row.samples = elements.order == ElementOrder::balanced
                           ? place(build_cells(model.surface, model.measure, {}, {}, model.key, elements))

@@ -1,5 +1,5 @@
 // Images on surfaces: single pixels, wrap modes, filters, and the corners of polygons.
-#include "kernels/sample/texture_colors.h"
+#include "kernels/mesh/texture_colors.h"
 
 #include <cmath>
 

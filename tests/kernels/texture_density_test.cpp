@@ -10,12 +10,12 @@
 
 #include "kernels/core/parallel.h"
 #include "kernels/density/density_pieces.h"
-#include "kernels/locate/embree_locator.h"
-#include "kernels/locate/pieces.h"
+#include "kernels/density/pieces.h"
 #include "kernels/mesh/prepare_mesh.h"
 #include "kernels/mesh/surface_textures.h"
+#include "kernels/mesh/texture_colors.h"
 #include "kernels/model/model.h"
-#include "kernels/sample/texture_colors.h"
+#include "kernels/rays/embree_locator.h"
 #include "support/catch.h"
 
 using namespace meander;

@@ -1,6 +1,6 @@
 // Selection by mass against sorting: the same entry and the same mass before it, for rows that are random, in
 // order or equal but for their numbers, and where what is left is sorted early.
-#include "kernels/order/weighted_selection.h"
+#include "kernels/partition/weighted_selection.h"
 
 #include <algorithm>
 #include <cstdint>

@@ -13,10 +13,10 @@
 #include "kernels/analyse/spacing.h"
 #include "kernels/density/curvature.h"
 #include "kernels/density/density.h"
-#include "kernels/describe/curved_samples.h"
 #include "kernels/describe/distance_histogram.h"
 #include "kernels/describe/heat_geodesics.h"
 #include "kernels/pointset/sample_elimination.h"
+#include "kernels/sample/curved_samples.h"
 #include "kernels/sample/point_frames.h"
 
 namespace meander {

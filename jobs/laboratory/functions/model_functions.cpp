@@ -3,7 +3,7 @@
 
 #include "jobs/laboratory/functions/laboratory_functions.h"
 #include "jobs/rows/stored_parameters.h"
-#include "kernels/locate/embree_locator.h"
+#include "kernels/rays/embree_locator.h"
 #include "kernels/sample/point_frames.h"
 
 namespace meander {
