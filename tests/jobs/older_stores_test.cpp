@@ -1,0 +1,130 @@
+// Stores and unfinished runs that older programs left (tests/fixtures): this program goes on with them.
+#include <unistd.h>
+
+#include <chrono>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "io/store/store.h"
+#include "support/catch.h"
+#include "support/meander_program.h"
+#include "support/scratch_files.h"
+
+using namespace meander;
+using namespace meander::test;
+
+namespace fs = std::filesystem;
+
+namespace {
+
+const fs::path fixtures = fs::path(MEANDER_SOURCE_DIR) / "tests/fixtures";
+
+// A folder as the older program left it: the models, and of `name` the store and the unfinished run.
+struct OlderFolder {
+  ScratchFolder scratch;
+
+  explicit OlderFolder(const std::string& format) : from_(fixtures / format) {
+    fs::copy(from_ / "models", scratch / "models", fs::copy_options::recursive);
+    // A checkout is younger than the stores in it.
+    const auto before = fs::file_time_type::clock::now() - std::chrono::hours(24 * 365);
+    for (const auto& entry : fs::recursive_directory_iterator(scratch / "models"))
+      if (entry.is_regular_file()) fs::last_write_time(entry.path(), before);
+  }
+  void bring_store(const std::string& name) const {
+    fs::copy_file(from_ / (name + ".h5"), scratch / (name + ".h5"));
+  }
+  void bring_run(const std::string& name) const {
+    fs::copy(from_ / (name + ".unfinished"), scratch / (name + ".h5.run"), fs::copy_options::recursive);
+  }
+  ProcessResult command(std::vector<std::string> arguments) const {
+    ProcessOptions options;
+    options.in_child = [folder = scratch.path().string()] {
+      if (::chdir(folder.c_str()) != 0) ::_exit(127);
+    };
+    return meander_with(std::move(arguments), options);
+  }
+  ProcessResult run(const std::string& store, const std::vector<std::string>& more = {}) const {
+    std::vector<std::string> arguments = {
+        "run",       "models", "-n", "32",         "--colors", "--attribute", "quality",    "--describe",
+        "d2,basics", "--bins", "8",  "--progress", "none",     "-o",          store + ".h5"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    ProcessResult result = command(std::move(arguments));
+    INFO(result.err);
+    CHECK(result.exit_code == 3);  // empty.off
+    return result;
+  }
+  std::string bytes(const std::string& store) const { return read_file(scratch / (store + ".h5")); }
+  // The store of a new run over all models.
+  std::string fresh_bytes() const {
+    run("fresh");
+    return bytes("fresh");
+  }
+
+ private:
+  fs::path from_;
+};
+
+std::string all_output(const ProcessResult& result) { return result.out + result.err; }
+
+}  // namespace
+
+TEST_CASE("older stores: a stopped run of format 5 resumes to byte-identical output") {
+  const OlderFolder folder("format5");
+  folder.bring_run("begun");
+  const ProcessResult result = folder.run("begun");
+  CHECK(contains(all_output(result), "6 models in"));  // four rows were there
+  CHECK(folder.bytes("begun") == folder.fresh_bytes());
+}
+
+TEST_CASE("older stores: a stopped update of format 5 resumes with its own --retry") {
+  const OlderFolder folder("format5");
+  folder.bring_store("update");
+  folder.bring_run("update");
+  const ProcessResult result = folder.run("update", {"--retry", "timeout,changed"});
+  CHECK(contains(all_output(result), "5 models in"));
+  CHECK(folder.bytes("update") == folder.fresh_bytes());
+}
+
+TEST_CASE("older stores: a stopped update of format 5 is finished by a command with another --retry") {
+  const OlderFolder folder("format5");
+  folder.bring_store("update");
+  folder.bring_run("update");
+  folder.run("update", {"--retry", "changed"});
+  CHECK(folder.bytes("update") == folder.fresh_bytes());
+}
+
+TEST_CASE("older stores: a stopped description of format 5 resumes to byte-identical output") {
+  const OlderFolder folder("format5");
+  const std::vector<std::string> more = {"--descriptors", "a3,harmonics,d1,d3", "--bins", "64", "--progress",
+                                         "none"};
+  const auto describe = [&](const std::string& name) {
+    std::vector<std::string> arguments = {"describe", name + ".h5"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const ProcessResult result = folder.command(std::move(arguments));
+    INFO(result.err);
+    CHECK(result.exit_code == 0);
+  };
+  folder.bring_store("describe");
+  fs::copy_file(folder.scratch / "describe.h5", folder.scratch / "fresh.h5");
+  folder.bring_run("describe");
+  describe("describe");
+  describe("fresh");
+  CHECK(folder.bytes("describe") == folder.bytes("fresh"));
+}
+
+TEST_CASE("older stores: a store of format 5 is whole, and is extended to byte-identical output") {
+  const OlderFolder folder("format5");
+  folder.bring_store("describe");
+  CHECK(verify_store(folder.scratch / "describe.h5").problems == std::vector<std::string>{});
+  const ProcessResult result = folder.run("describe");
+  CHECK(contains(all_output(result), "3 models in"));
+  CHECK(folder.bytes("describe") == folder.fresh_bytes());
+}
+
+TEST_CASE("older stores: rows of a store of format 5 are reused") {
+  const OlderFolder folder("format5");
+  folder.bring_store("describe");
+  folder.run("new", {"--reuse", "describe.h5"});
+  CHECK(folder.bytes("new") == folder.fresh_bytes());
+}
