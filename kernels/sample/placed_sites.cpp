@@ -14,7 +14,7 @@ namespace meander {
 
 namespace {
 
-std::array<float, 3> point_at(const Placer& placer, const SampleSite& site) {
+std::array<float, 3> stored_point_at(const Placer& placer, const SampleSite& site) {
   return placer.stored_point(site.triangle, site.b1, site.b2);
 }
 
@@ -41,11 +41,11 @@ std::uint32_t redraw_counter(const Placer& placer, std::uint32_t rank) {
 // Draws those samples again that are not at a place of their own.
 Redrawn redraw_sites(const Placer& placer, SampleSites& sites, const CancelToken& cancel) {
   const Redraws redraws = find_redraws(
-      sites.count(), [&](std::uint32_t rank) { return point_at(placer, sites.site[rank]); },
+      sites.count(), [&](std::uint32_t rank) { return stored_point_at(placer, sites.site[rank]); },
       [&](std::uint32_t rank) { return redraw_counter(placer, rank); },
       [&](std::uint32_t rank, std::uint32_t counter) {
         const Draw draw = draw_again(placer, rank, counter);
-        return DrawnPoint{point_at(placer, drawn_site(sites.site[rank], draw)), draw.next_counter};
+        return DrawnPoint{stored_point_at(placer, drawn_site(sites.site[rank], draw)), draw.next_counter};
       },
       max_redraws, cancel);
   Redrawn redrawn;
@@ -139,7 +139,7 @@ Samples samples_at(const PlacedSites& placed, const PolygonMesh& file, const Mea
       const SampleSite& site = placed.sites.site[rank];
       samples.curve_rank[i] = rank;
       if (placed.shared.empty()) {
-        set_sample(placer, rank, point_at(placer, site), i, samples);
+        set_sample(placer, rank, stored_point_at(placer, site), i, samples);
         continue;
       }
       if (i + near < to) {
