@@ -1,4 +1,5 @@
-// A triangulation that is changed edge by edge: split, flip, collapse.
+// A triangulation that is changed edge by edge: split, flip, collapse. docs/ARCHITECTURE.md (Dependencies)
+// compares it with OpenMesh.
 #pragma once
 
 #include <cstddef>
@@ -87,8 +88,9 @@ struct EditedMesh {
   void split_triangle(std::uint32_t t, std::uint32_t p);
   // Cuts the edge of h, and the triangles beside it, in two at p. h then runs from its start to p.
   void split_edge(std::uint32_t h, std::uint32_t p);
-  // Turns the edge inside the quadrilateral of its two triangles; h, no boundary, then ends at its old apex.
-  // The caller has made sure that its two apexes are no neighbours.
+  // Turns the edge of h, which is no boundary, inside the quadrilateral of its two triangles. h then runs
+  // from the apex on its other side to its old end. The caller has made sure that the two apexes are no
+  // neighbours.
   void flip(std::uint32_t h);
   // Takes the triangle of the boundary edge of h away, whose apex is inside: it is at the boundary then.
   void remove_at_boundary(std::uint32_t h);
