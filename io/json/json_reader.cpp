@@ -2,8 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstddef>
-#include <iterator>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -13,103 +13,61 @@ namespace meander {
 
 namespace {
 
-// Goes through a text and counts the characters taken, whichever of its copies takes them.
-class CountingIterator {
- public:
-  using iterator_category = std::input_iterator_tag;
-  using value_type = char;
-  using difference_type = std::ptrdiff_t;
-  using pointer = const char*;
-  using reference = const char&;
+constexpr std::string_view blanks = " \t\r\n";
 
-  CountingIterator(const char* at, std::size_t& taken) : at_(at), taken_(&taken) {}
-  reference operator*() const { return *at_; }
-  CountingIterator& operator++() {
-    ++at_;
-    ++*taken_;
-    return *this;
-  }
-  [[maybe_unused]] CountingIterator operator++(int) {  // which every iterator has
-    CountingIterator before = *this;
-    ++*this;
-    return before;
-  }
-  bool operator==(const CountingIterator& other) const { return at_ == other.at_; }
+std::string_view without_blanks(std::string_view text) {
+  text.remove_prefix(std::min(text.size(), text.find_first_not_of(blanks)));
+  return text.substr(0, text.find_last_not_of(blanks) + 1);
+}
 
- private:
-  const char* at_;
-  std::size_t* taken_;
-};
+// Of the text of one object, which is valid JSON.
+std::map<std::string, std::string> members_of(std::string_view text) {
+  std::map<std::string, std::string> members;
+  std::string name;
+  std::size_t depth = 0, begin = 0;
+  bool is_quoted = false;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const char c = text[i];
+    if (is_quoted) {
+      if (c == '\\') ++i;
+      is_quoted = c != '"';
+      continue;
+    }
+    is_quoted = c == '"';
+    if (depth == 1 && (c == ':' || c == ',' || c == '}')) {
+      const std::string_view part = without_blanks(text.substr(begin, i - begin));
+      if (c == ':')
+        name = nlohmann::json::parse(part).get<std::string>();
+      else if (!part.empty())
+        members[name] = part;
+      begin = i + 1;
+    }
+    if ((c == '{' || c == '[') && depth++ == 0) begin = i + 1;
+    if (c == '}' || c == ']') --depth;
+  }
+  return members;
+}
 
-// Notes where the values of the outermost object begin and end. The parser takes no character ahead, but for
-// numbers, whose end only the next one shows.
-class MemberScan : public nlohmann::json_sax<nlohmann::json> {
- public:
-  MemberScan(std::string_view text, std::map<std::string, std::string>& members)
-      : text_(text), members_(members) {}
-
-  bool scan() {
-    return nlohmann::json::sax_parse(CountingIterator(text_.data(), taken_),
-                                     CountingIterator(text_.data() + text_.size(), taken_), this) &&
-           is_object_;
+// Where the text stops being JSON, as the end of a sentence; empty where it does not.
+std::string mistake_in(std::string_view text) {
+  try {
+    [[maybe_unused]] const nlohmann::json whole = nlohmann::json::parse(text);
+  } catch (const nlohmann::json::parse_error& error) {
+    return fmt::format(" (wrong at byte {} of {})", std::min(error.byte, text.size()), text.size());
+  } catch (const nlohmann::json::out_of_range&) {
+    return " (a number is too large)";
   }
-  std::size_t taken() const { return taken_; }
-
-  bool null() override { return value(); }
-  bool boolean(bool) override { return value(); }
-  bool string(string_t&) override { return value(); }
-  bool binary(binary_t&) override { return false; }
-  bool number_integer(number_integer_t) override { return value(1); }
-  bool number_unsigned(number_unsigned_t) override { return value(1); }
-  bool number_float(number_float_t, const string_t&) override { return value(1); }
-  bool start_object(std::size_t) override {
-    is_object_ = is_object_ || depth_ == 0;
-    return open();
-  }
-  bool end_object() override { return close(); }
-  bool start_array(std::size_t) override { return open(); }
-  bool end_array() override { return close(); }
-  bool key(string_t& name) override {
-    if (depth_ != 1) return true;
-    name_ = name;
-    begin_ = taken_;
-    return true;
-  }
-  bool parse_error(std::size_t, const std::string&, const nlohmann::detail::exception&) override {
-    return false;
-  }
-
- private:
-  bool open() {
-    ++depth_;
-    return is_object_;
-  }
-  bool close() {
-    --depth_;
-    return value();
-  }
-  bool value(std::size_t ahead = 0) {
-    if (depth_ != 1) return is_object_;
-    // Before the value stands its colon.
-    const std::size_t begin = text_.find_first_not_of(" \t\r\n:", begin_);
-    members_[name_] = text_.substr(begin, taken_ - ahead - begin);
-    return true;
-  }
-
-  std::string_view text_;
-  std::map<std::string, std::string>& members_;
-  std::string name_;
-  std::size_t taken_ = 0, begin_ = 0, depth_ = 0;
-  bool is_object_ = false;
-};
+  return {};
+}
 
 }  // namespace
 
 JsonObject::JsonObject(std::string_view text, std::string source) : source_(std::move(source)) {
-  MemberScan members(text, members_);
-  if (!members.scan())
-    throw RunError(RunError::Kind::unusable, fmt::format("{}: not a JSON object (wrong at byte {} of {})",
-                                                         source_, members.taken(), text.size()));
+  if (text.starts_with("\xef\xbb\xbf")) text.remove_prefix(3);
+  if (!nlohmann::json::accept(text) || !without_blanks(text).starts_with('{'))
+    throw RunError(RunError::Kind::unusable,
+                   fmt::format("{}: not a JSON object{}", source_, mistake_in(text)));
+  members_ = members_of(text);
 }
 
 std::optional<std::string> JsonObject::text(const std::string& name) const {

@@ -70,6 +70,9 @@ TEST_CASE("JsonObject: what is not one object is refused with the name of the fi
     INFO(text);
     CHECK(refusal(text).starts_with("a.json: not a JSON object"));
   }
+  CHECK(refusal("{\"a\":") == "a.json: not a JSON object (wrong at byte 5 of 5)");
+  CHECK(refusal("{\"a\":1e400}") == "a.json: not a JSON object (a number is too large)");
+  CHECK(JsonObject("\xef\xbb\xbf{\"a\":1}", "a.json").members().at("a") == "1");
   std::string deep(100000, '[');
   CHECK_FALSE(refusal("{\"a\":" + deep).empty());
 }
