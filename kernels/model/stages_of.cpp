@@ -9,6 +9,7 @@
 #include "kernels/mesh/prepare_mesh.h"
 #include "kernels/model/charts.h"
 #include "kernels/model/model.h"
+#include "kernels/rays/first_hit.h"
 #include "kernels/sample/curved_samples.h"
 #include "kernels/sample/point_frames.h"
 #include "kernels/sample/sample_attributes.h"
