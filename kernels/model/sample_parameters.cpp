@@ -29,9 +29,7 @@ void check_without_topology(const SampleParameters& p, std::vector<std::string>&
   };
   const SamplingMethod& method = method_of(p);
   if (method.makes_charts) need("the method " + std::string(method.name));
-  if (p.density.kind == DensityKind::mean || p.density.kind == DensityKind::gaussian ||
-      p.density.kind == DensityKind::max || uses_curvature(p.density))
-    need("a curvature density");
+  if (form_of(p.density).needs_topology || uses_curvature(p.density)) need("a curvature density");
   if (p.curved) need("lifting the samples to the curved surface");
   for (const Descriptor descriptor : p.describe.descriptors)
     if (group_of(descriptor).needs_mesh) need("the descriptor " + std::string(name_of(descriptor)));
@@ -55,9 +53,7 @@ std::vector<std::string> validate(const SampleParameters& p) {
   check_range(problems, "extra seams", p.flatten.max_extra_seams, 0, 64);
   check_range(problems, "effort", p.flatten.effort, 0.0, 1e6);
   check_range(problems, "density quantile", p.density.quantile, 0.01, 1.0);
-  const bool wants_attribute =
-      p.density.kind == DensityKind::vertex_attribute || p.density.kind == DensityKind::face_attribute;
-  if (wants_attribute && p.density.attribute.empty())
+  if (form_of(p.density).text_member == &DensityParameters::attribute && p.density.attribute.empty())
     problems.push_back("the density needs the name of an attribute");
   const SamplingMethod& method = method_of(p);
   if (is_formula(p.density.kind)) {

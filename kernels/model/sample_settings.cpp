@@ -25,7 +25,7 @@ constexpr Word<HistogramScale> scale_words[] = {{"mean", HistogramScale::mean},
 
 bool follows_tensor(const P& p) { return method_of(p).follows_tensor; }
 bool has_coarse_charts(const P& p) { return p.method == MethodChoice::conformal; }
-bool is_shaped(const P& p) { return has_shape(p.density.kind); }
+bool is_shaped(const P& p) { return form_of(p.density).is_shaped; }
 bool is_spaced(const P& p) { return p.sequence == SequenceKind::spaced; }
 
 template <bool (*has)(const DescriptorGroup&)>
@@ -57,12 +57,7 @@ void add_density_settings(SampleSettings& list) {
   list.text(
           "density", "--density", [](const P& p) { return density_text(p.density); },
           [](P& p, std::string_view text) { return take_density(text, p.density); },
-          "uniform, mean|gaussian|max curvature, attribute:NAME of vertices, face-attribute:NAME; texture: "
-          "the "
-          "luminance of the model's textures, more samples where they are bright, texture-inverse: where "
-          "they "
-          "are dark (with --colors); formula:TEXT in x, y, z, nx, ny, nz, mean, gaussian, u, v, as "
-          "`formula:1 + z^2`, unit-formula: with lengths of the unit box")
+          density_help())
       .in_python("density");
   const std::string shaped = "applies to densities of curvature and textures only";
   list.number(
