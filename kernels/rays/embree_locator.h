@@ -54,4 +54,7 @@ Located locate_with_embree(const EmbreeDevice& device, const PreparedMesh& mesh,
                            std::vector<CurveTree>& trees, RandomKey key, const LocateParameters& parameters,
                            const CancelToken& cancel = {});
 
+// Upper bound of the bytes of either locator and its curves, beside the charts.
+double locate_bytes(const LocateParameters& parameters, double triangles);
+
 }  // namespace meander
