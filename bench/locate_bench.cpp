@@ -15,7 +15,7 @@ void elements(benchmark::State& state, bool charts) {
   parameters.samples = static_cast<std::uint64_t>(state.range(1));
   CurveElements result;
   for ([[maybe_unused]] auto _ : state) {
-    result = build_elements(model.surface, model.measure, model.charts, {}, bench_key(), parameters);
+    result = build_elements({model.surface, model.measure, bench_key(), model.charts}, parameters);
     benchmark::DoNotOptimize(result.cumulative.data());
   }
   count_items(state, "element", static_cast<double>(result.count()));
@@ -34,12 +34,12 @@ void cells_in_space(benchmark::State& state) {
       element_parameters(method_parameters("auto", static_cast<std::uint32_t>(state.range(1))));
   ElementCells result;
   for ([[maybe_unused]] auto _ : state) {
-    result = build_cells(model.surface, model.measure, {}, {}, bench_key(), elements);
+    result = build_cells({model.surface, model.measure, bench_key()}, elements);
     benchmark::DoNotOptimize(result.cells.cell.data());
   }
   count_items(state, "sample", static_cast<double>(result.count()));
   std::vector<double> path;
-  for (const Cell& cell : result.cells.cell) path.push_back(static_cast<double>(cell.centre[0]));
+  for (const Cell& cell : result.cells.cell) path.push_back(static_cast<double>(cell.direction[0]));
   check_sum(state, shape_name(state.range(0)), path);
 }
 BENCHMARK(cells_in_space)->ArgsProduct({{0, 1, 2}, {2048, 100000}})->Unit(benchmark::kMillisecond);

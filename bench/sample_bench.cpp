@@ -34,15 +34,15 @@ void order(benchmark::State& state) {
 BENCHMARK(order)->Arg(2048)->Arg(100000)->Unit(benchmark::kMicrosecond);
 
 // On the elements of a curve, or in cells.
-template <class Order>
-void place(benchmark::State& state, const Order& order, const SampleParameters& parameters) {
+void place(benchmark::State& state, const SurfaceOrder& order, const SampleParameters& parameters) {
   const Model& model = prepared_shape(state.range(0));
+  const PlaceParameters where = place_parameters(parameters);
   OutputFrame frame = output_frame(model.surface, NormalizeKind::none);
   Samples result;
   for ([[maybe_unused]] auto _ : state) {
     RepairCounts repairs;
-    result = place_samples(model.file, model.surface, model.measure.density, order, bench_key(),
-                           place_parameters(parameters), frame, repairs);
+    result = place_samples({{model.surface, model.measure, bench_key()}, model.file, where}, order, frame,
+                           repairs);
     benchmark::DoNotOptimize(result.points.data());
   }
   count_items(state, "sample", parameters.samples);
@@ -52,14 +52,13 @@ void place(benchmark::State& state, const Order& order, const SampleParameters& 
 void place_on_elements(benchmark::State& state) {
   const Model& model = prepared_shape(state.range(0));
   const SampleParameters parameters = method_parameters("direct", static_cast<std::uint32_t>(state.range(1)));
-  place(state,
-        build_elements(model.surface, model.measure, {}, {}, bench_key(), element_parameters(parameters)),
+  place(state, build_elements({model.surface, model.measure, bench_key()}, element_parameters(parameters)),
         parameters);
 }
 void place_in_cells(benchmark::State& state) {
   const Model& model = prepared_shape(state.range(0));
   const SampleParameters parameters = method_parameters("auto", static_cast<std::uint32_t>(state.range(1)));
-  place(state, build_cells(model.surface, model.measure, {}, {}, bench_key(), element_parameters(parameters)),
+  place(state, build_cells({model.surface, model.measure, bench_key()}, element_parameters(parameters)),
         parameters);
 }
 // Spaced samples in cells; range 2: spacing, range 3: order.
@@ -69,7 +68,7 @@ void place_spaced(benchmark::State& state) {
   parameters.sequence = SequenceKind::spaced;
   parameters.spacing = static_cast<SpacingKind>(state.range(2));
   parameters.order = static_cast<OrderKind>(state.range(3));
-  place(state, build_cells(model.surface, model.measure, {}, {}, bench_key(), element_parameters(parameters)),
+  place(state, build_cells({model.surface, model.measure, bench_key()}, element_parameters(parameters)),
         parameters);
 }
 BENCHMARK(place_on_elements)->ArgsProduct({{0, 1, 2}, {2048, 100000}})->Unit(benchmark::kMillisecond);

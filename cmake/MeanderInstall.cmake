@@ -6,7 +6,8 @@
 include(CMakePackageConfigHelpers)
 set(public_headers sampler.h sample_parameters.h row.h)
 set(included_headers
-  core/cancel.h core/instruction_set.h core/notes.h core/portable_functions.h core/random.h core/status.h core/vector3.h core/work_budget.h
+  core/cancel.h core/instruction_set.h core/model_sizes.h core/notes.h core/portable_functions.h core/random.h core/status.h
+  core/vector3.h core/words.h core/work_budget.h
   curve/curve_key.h curve/curve_tree.h
   cut/cut_to_disk.h
   data/samples.h
@@ -16,9 +17,9 @@ set(included_headers
   describe/shell_harmonics.h
   flatten/flatten_chart.h
   mesh/box_frame.h mesh/coarsen_mesh.h mesh/measured_mesh.h mesh/polygon_mesh.h mesh/prepared_mesh.h mesh/surface_textures.h
-  model/sample_parameters.h model/sampler.h
+  model/sample_parameters.h model/sampler.h model/sampling_methods.h
   partition/chart_places.h partition/elements.h
-  rays/embree_locator.h
+  rays/embree_device.h rays/embree_locator.h
   sample/place_samples.h sample/spaced_samples.h
   segment/random_walk.h segment/segment_mesh.h
   tensor/chart_alignment.h tensor/make_tensor_field.h tensor/tangent_tensor.h tensor/tensor_field.h)

@@ -9,10 +9,10 @@
 
 namespace meander {
 
-// Upper bound of the bytes that are alive at once on the way from the file to the encoded row: the
-// largest of the stages' sums (mesh, cut and factorisation, rays, elements, geodesics, row) with `threads` >=
-// 1 that may work on the one model. Measured per vertex, triangle and sample: memory_estimate_test holds
-// every method against generated meshes and those of the shared collection, with 1, 2 and 16 threads.
+// Upper bound of the bytes that are alive at once on the way from the file to the encoded row: those of the
+// file and its columns, and the most that a stage declares (ModelStage::bytes), with `threads` >= 1 that may
+// work on the one model. Measured per vertex, triangle and sample: memory_estimate_test compares every method
+// with generated meshes and those of the shared collection, with 1, 2 and 16 threads.
 std::uint64_t estimate_bytes(const MeshEstimate& mesh, const SampleParameters& parameters, int threads);
 
 // What the process takes beside the models in flight, of a budget for all of it: program and libraries,

@@ -118,7 +118,7 @@ void check_density(const DensityParameters& density, std::vector<std::string>& p
   if (reads_textures(density.kind))
     problems.push_back("density: `" + density_text(density) +
                        "` is read from the images of models; meshes here have none");
-  if (density.kind == DensityKind::vertex_attribute || density.kind == DensityKind::face_attribute)
+  if (form_of(density).text_member == &DensityParameters::attribute)
     problems.emplace_back("density: meshes here have no attributes: give the numbers themselves");
 }
 

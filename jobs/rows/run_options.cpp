@@ -233,7 +233,7 @@ void resolve_run_options(RunOptions& options, const RunOptionTexts& texts, const
   if (!method_of(sample).makes_charts && sample.locate != LocatorKind::embree)
     problems.push_back(
         fmt::format("--method {} has no location step: leave --locate out, or name a method with charts",
-                    method_of(sample).name));
+                    method_of(sample).text));
   if (!sample.colors && sample.strict != every_note && (sample.strict & color_notes) != 0)
     problems.push_back(fmt::format("--strict {}: notes on colours are taken with --colors only",
                                    words_of(sample.strict & color_notes)));

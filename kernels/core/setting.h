@@ -18,41 +18,9 @@
 
 #include "kernels/core/check_range.h"
 #include "kernels/core/spelling.h"
+#include "kernels/core/words.h"
 
 namespace meander {
-
-// A value of an enum and its word.
-template <class Enum>
-struct Word {
-  const char* text;
-  Enum value;
-};
-
-template <class Enum, std::size_t N>
-std::vector<std::string> all_words(const Word<Enum> (&words)[N]) {
-  std::vector<std::string> texts;
-  for (const auto& word : words) texts.push_back(word.text);
-  return texts;
-}
-
-// The word of a value; empty for one that has none.
-template <class Enum, std::size_t N>
-const char* text_of(const Word<Enum> (&words)[N], Enum value) {
-  for (const auto& word : words)
-    if (word.value == value) return word.text;
-  return "";
-}
-
-// Sets the value of a word; false, nothing changed, for other texts.
-template <class Enum, std::size_t N>
-bool take_word(const Word<Enum> (&words)[N], std::string_view text, Enum& value) {
-  for (const auto& word : words)
-    if (text == word.text) {
-      value = word.value;
-      return true;
-    }
-  return false;
-}
 
 // The texts with commas between them.
 template <class Texts>
@@ -166,17 +134,14 @@ class SettingList {
   Item& flag(std::string name, std::string option, At at, std::string help) {
     return number(std::move(name), std::move(option), at, 0, 0, std::move(help));
   }
-  // One of the words for the values of an enum; they must live as long as the list.
-  template <class At, class Enum, std::size_t N>
-  Item& word(std::string name, std::string option, At at, const Word<Enum> (&words)[N], std::string help) {
+  // One of the words for the values of an enum (words.h); they must live as long as the list.
+  template <class At, class Words>
+  Item& word(std::string name, std::string option, At at, const Words& words, std::string help) {
     Item& item = text(
         std::move(name), std::move(option),
-        [at, &words](const Settings& settings) { return std::string(text_of(words, Enum(at(settings)))); },
+        [at, &words](const Settings& settings) { return std::string(text_of(words, at(settings))); },
         [at, &words](Settings& settings, std::string_view text) {
-          Enum value{};
-          if (!take_word(words, text, value)) return none_of(text, all_words(words));
-          at(settings) = value;
-          return std::string();
+          return take_word(words, text, at(settings)) ? std::string() : none_of(text, all_words(words));
         },
         std::move(help));
     item.words = all_words(words);

@@ -1,6 +1,7 @@
 #include "kernels/density/density.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <span>
@@ -10,6 +11,7 @@
 #include "kernels/core/portable_functions.h"
 #include "kernels/core/weighted_quantile.h"
 #include "kernels/density/curvature.h"
+#include "kernels/density/density_pieces.h"
 #include "kernels/density/formula_density.h"
 #include "kernels/density/texture_density.h"
 
@@ -45,7 +47,7 @@ std::vector<double> chosen_curvature(const VertexCurvature& of, DensityKind kind
   return result;
 }
 
-Density curvature_density(const PreparedMesh& mesh, const DensityParameters& parameters,
+Density curvature_density(const PolygonMesh&, const PreparedMesh& mesh, const DensityParameters& parameters,
                           const CancelToken& cancel) {
   const VertexCurvature all = vertex_curvature(mesh, cancel);
   std::vector<double> value = chosen_curvature(all, parameters.kind, mesh.diagonal / mesh.unit);
@@ -111,32 +113,71 @@ Density attribute_density(const PreparedMesh& mesh, const ScalarAttribute& attri
   return density;
 }
 
+Density uniform_density(const PolygonMesh&, const PreparedMesh&, const DensityParameters&,
+                        const CancelToken&) {
+  return {};
+}
+
+Density vertex_density(const PolygonMesh& file, const PreparedMesh& mesh, const DensityParameters& parameters,
+                       const CancelToken&) {
+  return attribute_density(mesh, find_attribute(file.vertex_attributes, parameters.attribute, "vertex"),
+                           "vertex",
+                           [&](std::size_t h) -> std::size_t { return file.corners[mesh.corner_slot[h]]; });
+}
+
+Density face_density(const PolygonMesh& file, const PreparedMesh& mesh, const DensityParameters& parameters,
+                     const CancelToken&) {
+  return attribute_density(mesh, find_attribute(file.face_attributes, parameters.attribute, "face"), "face",
+                           [&](std::size_t h) -> std::size_t { return mesh.polygon[h / 3]; });
+}
+
+constexpr auto attribute_name = &DensityParameters::attribute;
+constexpr auto formula_source = &DensityParameters::formula;
+constexpr auto forms = std::to_array<DensityForm>(
+    {{{"uniform", DensityKind::uniform}, "uniform", uniform_density},
+     {{"mean", DensityKind::mean}, "mean", curvature_density, nullptr, true, true},
+     {{"gaussian", DensityKind::gaussian}, "gaussian", curvature_density, nullptr, true, true},
+     {{"max", DensityKind::max}, "max curvature", curvature_density, nullptr, true, true},
+     {{"attribute:", DensityKind::vertex_attribute},
+      "attribute:NAME of vertices",
+      vertex_density,
+      attribute_name},
+     {{"face-attribute:", DensityKind::face_attribute}, "face-attribute:NAME", face_density, attribute_name},
+     {{"texture", DensityKind::texture},
+      "texture: the luminance of the model's textures, more samples where they are bright (with --colors)",
+      make_texture_density,
+      nullptr,
+      true,
+      false,
+      true},
+     {{"texture-inverse", DensityKind::texture_inverse},
+      "texture-inverse: more where they are dark",
+      make_texture_density,
+      nullptr,
+      true,
+      false,
+      true},
+     {{"formula:", DensityKind::formula},
+      "formula:TEXT in x, y, z, nx, ny, nz, mean, gaussian, u, v, as `formula:1 + z^2`",
+      make_formula_density,
+      formula_source},
+     {{"unit-formula:", DensityKind::unit_formula},
+      "unit-formula:TEXT with lengths of the unit box",
+      make_formula_density,
+      formula_source}});
+static_assert(is_in_order(forms));
+
 }  // namespace
+
+std::span<const DensityForm> density_forms() { return forms; }
 
 Density make_density(const PolygonMesh& file, const PreparedMesh& mesh, const DensityParameters& parameters,
                      const CancelToken& cancel) {
-  switch (parameters.kind) {
-    case DensityKind::uniform:
-      return {};
-    case DensityKind::mean:
-    case DensityKind::gaussian:
-    case DensityKind::max:
-      return curvature_density(mesh, parameters, cancel);
-    case DensityKind::vertex_attribute:
-      return attribute_density(
-          mesh, find_attribute(file.vertex_attributes, parameters.attribute, "vertex"), "vertex",
-          [&](std::size_t h) -> std::size_t { return file.corners[mesh.corner_slot[h]]; });
-    case DensityKind::texture:
-    case DensityKind::texture_inverse:
-      return make_texture_density(file, mesh, parameters, cancel);
-    case DensityKind::formula:
-    case DensityKind::unit_formula:
-      return make_formula_density(file, mesh, parameters, cancel);
-    case DensityKind::face_attribute:
-      break;
-  }
-  return attribute_density(mesh, find_attribute(file.face_attributes, parameters.attribute, "face"), "face",
-                           [&](std::size_t h) -> std::size_t { return mesh.polygon[h / 3]; });
+  return form_of(parameters).make(file, mesh, parameters, cancel);
+}
+
+double density_bytes(const DensityParameters& parameters, double triangles) {
+  return is_in_pieces(parameters) ? piece_density_bytes(triangles) : 0;
 }
 
 double file_measure(const PreparedMesh& mesh, double total) {

@@ -4,9 +4,11 @@
 #include <limits>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "kernels/core/cancel.h"
+#include "kernels/core/words.h"
 #include "kernels/mesh/polygon_mesh.h"
 #include "kernels/mesh/prepared_mesh.h"
 
@@ -24,15 +26,6 @@ enum class DensityKind : std::uint8_t {
   formula,
   unit_formula
 };
-// Whether it is read from the images of a model, which its reader must then keep.
-constexpr bool reads_textures(DensityKind kind) {
-  return kind == DensityKind::texture || kind == DensityKind::texture_inverse;
-}
-// Whether floor and exponent shape it.
-constexpr bool has_shape(DensityKind kind) {
-  return kind == DensityKind::mean || kind == DensityKind::gaussian || kind == DensityKind::max ||
-         reads_textures(kind);
-}
 
 inline constexpr double largest_density = std::numeric_limits<float>::max();  // those of samples are float32
 
@@ -41,8 +34,7 @@ struct DensityParameters {
   std::string attribute;  // name, for the attribute kinds
   std::string formula;    // for these kinds (formula_density.h)
   double floor = 0.02;  // density of flat parts for the curvature kinds, of dark ones for textures, in (0, 1]
-  double exponent =
-      1.0;  // curvature kinds: (curvature / quantile)^exponent, textures: luminance^exponent; 0.25..4
+  double exponent = 1.0;   // of (curvature / quantile) or of luminance; 0.25..4
   double quantile = 0.99;  // curvature value that gets density 1 (larger ones are clamped to it); (0, 1]
 };
 
@@ -80,6 +72,27 @@ struct MeshMeasure {
 // and the first bad element). Cost: O(T + W log W). Deterministic for every thread count, thread-safe.
 Density make_density(const PolygonMesh& file, const PreparedMesh& mesh, const DensityParameters& parameters,
                      const CancelToken& cancel = {});
+
+// Upper bound of its bytes, where it is finer than triangles; those of others are counted with the mesh.
+double density_bytes(const DensityParameters& parameters, double triangles);
+
+// Everything that the program knows of a kind of density. Where a text follows its word, the word ends in a
+// colon, and that member of the parameters takes the text.
+struct DensityForm : Word<DensityKind> {
+  std::string_view help;
+  Density (*make)(const PolygonMesh& file, const PreparedMesh& mesh, const DensityParameters& parameters,
+                  const CancelToken& cancel);
+  std::string DensityParameters::*text_member = nullptr;
+  bool is_shaped = false;       // by floor and exponent
+  bool needs_topology = false;  // neighbours of triangles
+  bool reads_textures = false;  // the images of a model, which its reader must then keep
+};
+// In the order of the enum: a new density is a maker and a row of density.cpp.
+std::span<const DensityForm> density_forms();
+inline const DensityForm& form_of(const DensityParameters& parameters) {
+  return row_of(density_forms(), parameters.kind);
+}
+inline bool reads_textures(DensityKind kind) { return row_of(density_forms(), kind).reads_textures; }
 
 // Integral of the density over each triangle (area x mean of the three corner values, or of the pieces),
 // working units squared: T values.

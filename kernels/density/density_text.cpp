@@ -5,7 +5,6 @@ namespace meander {
 namespace {
 
 constexpr std::string_view formula_prefix = "formula:", unit_formula_prefix = "unit-formula:";
-constexpr std::string_view vertex_prefix = "attribute:", face_prefix = "face-attribute:";
 
 }  // namespace
 
@@ -21,28 +20,32 @@ std::string formula_text(bool unit_box, std::string_view formula) {
 }
 
 std::string take_density(std::string_view text, DensityParameters& density) {
-  if (text.starts_with(vertex_prefix) || text.starts_with(face_prefix)) {
-    density.kind =
-        text.starts_with(vertex_prefix) ? DensityKind::vertex_attribute : DensityKind::face_attribute;
-    density.attribute = text.substr(text.find(':') + 1);
-    return "";
+  std::string forms;
+  for (const DensityForm& form : density_forms()) {
+    const bool takes_text = form.text_member != nullptr;
+    if (takes_text ? text.starts_with(form.text) : text == form.text) {
+      density.kind = form.value;
+      if (takes_text) density.*form.text_member = text.substr(std::string_view(form.text).size());
+      return "";
+    }
+    const bool is_named = form.text_member == &DensityParameters::attribute;
+    forms += (forms.empty() ? "" : "|") + std::string(form.text) +
+             (is_named     ? "NAME"
+              : takes_text ? "TEXT"
+                           : "");
   }
-  if (const std::optional<FormulaText> formula = formula_in(text)) {
-    density.kind = formula->unit_box ? DensityKind::unit_formula : DensityKind::formula;
-    density.formula = formula->text;
-    return "";
-  }
-  if (take_word(density_words, text, density.kind)) return "";
-  return "`" + std::string(text) + "` is not one of " + joined_texts(all_words(density_words), "|") +
-         "|attribute:NAME|face-attribute:NAME|formula:TEXT|unit-formula:TEXT";
+  return "`" + std::string(text) + "` is not one of " + forms;
 }
 
 std::string density_text(const DensityParameters& density) {
-  if (density.kind == DensityKind::vertex_attribute) return std::string(vertex_prefix) + density.attribute;
-  if (density.kind == DensityKind::face_attribute) return std::string(face_prefix) + density.attribute;
-  if (density.kind == DensityKind::formula || density.kind == DensityKind::unit_formula)
-    return formula_text(density.kind == DensityKind::unit_formula, density.formula);
-  return text_of(density_words, density.kind);
+  const DensityForm& form = form_of(density);
+  return form.text + (form.text_member != nullptr ? density.*form.text_member : std::string());
+}
+
+std::string density_help() {
+  std::string help;
+  for (const DensityForm& form : density_forms()) help += (help.empty() ? "" : ", ") + std::string(form.help);
+  return help;
 }
 
 }  // namespace meander

@@ -10,17 +10,12 @@
 
 namespace meander {
 
-inline constexpr Word<DensityKind> density_words[] = {
-    {"uniform", DensityKind::uniform},   {"mean", DensityKind::mean},
-    {"gaussian", DensityKind::gaussian}, {"max", DensityKind::max},
-    {"texture", DensityKind::texture},   {"texture-inverse", DensityKind::texture_inverse}};
-
 // A formula is given as "formula:TEXT", in lengths of the file, or "unit-formula:TEXT", of the unit box.
 struct FormulaText {
   bool unit_box;
   std::string text;
 };
-// None for other texts. The formula is not compiled.
+// Null for other texts. The formula is not compiled.
 std::optional<FormulaText> formula_in(std::string_view text);
 // The inverse.
 std::string formula_text(bool unit_box, std::string_view formula);
@@ -29,5 +24,7 @@ std::string formula_text(bool unit_box, std::string_view formula);
 std::string take_density(std::string_view text, DensityParameters& density);
 // The text that gives these.
 std::string density_text(const DensityParameters& density);
+// What every kind is, for the help of options.
+std::string density_help();
 
 }  // namespace meander

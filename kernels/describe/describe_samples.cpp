@@ -12,6 +12,7 @@
 #include "kernels/describe/heat_geodesics.h"
 #include "kernels/describe/outward_normals.h"
 #include "kernels/describe/shape_functions.h"
+#include "kernels/solve/sparse_cholesky.h"
 
 namespace meander {
 
@@ -128,6 +129,44 @@ std::vector<std::vector<float>> shapedna(const DescriptorInput& input) {
 }
 
 }  // namespace descriptor_makers
+
+namespace descriptor_bytes {
+
+// Heat geodesics and their histogram.
+double geodesic(const DescribeParameters& parameters, const ModelSizes& sizes) {
+  constexpr double most_kept_distances = 1 << 25;
+  constexpr double bytes_per_factor_entry = 12;  // double and index
+  constexpr double bytes_per_triangle = 180;
+  constexpr double bytes_per_component = 2048;  // small arrays
+  const double sources = parameters.geodesic_sources == 0
+                             ? sizes.samples
+                             : std::min<double>(sizes.samples, parameters.geodesic_sources);
+  // Two factors, three with a boundary.
+  const double factors = 3 * most_factor_entries(sizes.unknowns()) * bytes_per_factor_entry +
+                         sizes.triangles * bytes_per_triangle +
+                         std::min(sizes.triangles, sources) * bytes_per_component;
+  const auto vertices = static_cast<std::size_t>(sizes.unknowns());
+  const double lanes =
+      std::min({static_cast<double>(sizes.threads), static_cast<double>(geodesic_lanes(vertices)),
+                std::ceil(sources / geodesic_batch)});
+  return std::min(sources * sizes.samples, most_kept_distances) * sizeof(double) + factors +
+         lanes * static_cast<double>(geodesic_batch_bytes(vertices));
+}
+
+// The surface while it is remeshed; of the remeshed one the factor and a basis of about a hundred vectors, of
+// all components at most as many vertices as are allowed.
+double shapedna(const DescribeParameters&, const ModelSizes& sizes) {
+  constexpr double bytes_per_remeshed_triangle = 120, bytes_per_vertex = 360, basis_vectors = 110;
+  constexpr double most_vertices = shape_dna_most_vertices, vertices_per_triangle = 3;  // of soups
+  constexpr double bytes_per_factor_entry = 12;
+  const double vertices =
+      std::min(most_vertices, shape_dna_samples + vertices_per_triangle * sizes.triangles);
+  return sizes.triangles * bytes_per_remeshed_triangle +
+         vertices * (bytes_per_vertex + basis_vectors * sizeof(double)) +
+         most_factor_entries(vertices) * bytes_per_factor_entry;
+}
+
+}  // namespace descriptor_bytes
 
 namespace {
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "kernels/core/cancel.h"
+#include "kernels/core/model_sizes.h"
 #include "kernels/core/random.h"
 #include "kernels/data/samples.h"
 #include "kernels/describe/depth_views.h"
@@ -99,6 +100,8 @@ struct DescriptorGroup {
   std::uint32_t version = 1;  // raised whenever the same samples give other values
   // Its own row and its companions', in order.
   std::vector<std::vector<float>> (*make)(const DescriptorInput& input) = nullptr;
+  // Upper bound of its bytes beside mesh and samples, where they may be more than what was freed before.
+  double (*bytes)(const DescribeParameters& parameters, const ModelSizes& sizes) = nullptr;
 };
 
 namespace descriptor_makers {
@@ -115,6 +118,10 @@ std::vector<std::vector<float>> harmonics(const DescriptorInput& input);
 std::vector<std::vector<float>> views(const DescriptorInput& input);
 std::vector<std::vector<float>> shapedna(const DescriptorInput& input);
 }  // namespace descriptor_makers
+namespace descriptor_bytes {
+double geodesic(const DescribeParameters& parameters, const ModelSizes& sizes);
+double shapedna(const DescribeParameters& parameters, const ModelSizes& sizes);
+}  // namespace descriptor_bytes
 
 inline constexpr std::array<std::string_view, 1> disconnected_columns = {"share"};
 inline constexpr std::array<CompanionRow, 1> geodesic_companions = {
@@ -161,7 +168,8 @@ inline constexpr auto descriptor_groups = std::to_array<DescriptorGroup>(
       .needs_triangles = true,
       .may_be_zero = true,
       .companions = geodesic_companions,
-      .make = descriptor_makers::geodesic},
+      .make = descriptor_makers::geodesic,
+      .bytes = descriptor_bytes::geodesic},
      {.descriptor = Descriptor::basics,
       .name = "basics",
       .value = "area, volume, moments and bounding box of the mesh, lengths over the diagonal of the box",
@@ -231,7 +239,8 @@ inline constexpr auto descriptor_groups = std::to_array<DescriptorGroup>(
            2},
       .needs_mesh = true,
       .needs_triangles = true,
-      .make = descriptor_makers::shapedna}});
+      .make = descriptor_makers::shapedna,
+      .bytes = descriptor_bytes::shapedna}});
 
 static_assert([] {
   for (std::size_t i = 0; i < descriptor_groups.size(); ++i)

@@ -11,6 +11,7 @@
 #include "kernels/flatten/mean_value.h"
 #include "kernels/flatten/repair_flips.h"
 #include "kernels/solve/intrinsic_delaunay.h"
+#include "kernels/solve/sparse_cholesky.h"
 
 namespace meander {
 
@@ -281,6 +282,11 @@ FlatChart flatten_chart(const MeasuredMesh& surface, CutChart chart, const Flatt
   if (best.finite) fill_report(geometry, best.scan, cut, flat.u, flat.v, flat.report);
   flat.cut = std::move(cut);
   return flat;
+}
+
+double flatten_bytes(double triangles, double unknowns) {
+  constexpr double bytes_per_triangle = 300, bytes_per_entry = 13;
+  return triangles * bytes_per_triangle + most_factor_entries(unknowns) * bytes_per_entry;
 }
 
 }  // namespace meander

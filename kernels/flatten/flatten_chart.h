@@ -64,4 +64,13 @@ struct FlatChart {
 FlatChart flatten_chart(const MeasuredMesh& surface, CutChart cut, const FlattenParameters& parameters,
                         const CancelToken& cancel = {});
 
+// Upper bound of the bytes of flat charts: cut, UV, distances.
+constexpr double chart_bytes(double triangles) {
+  constexpr double bytes_per_triangle = 180;
+  return triangles * bytes_per_triangle;
+}
+// The same while they are looked for, with the factor: the best cut with its map, the next cut with its
+// triangulation; the factor, or both of an LU, and the stack of updates.
+double flatten_bytes(double triangles, double unknowns);
+
 }  // namespace meander

@@ -1,6 +1,8 @@
 // Intake: from any polygon soup to oriented 2-manifold components (docs/METHODS.md 2).
 #pragma once
 
+#include <algorithm>
+
 #include "kernels/core/cancel.h"
 #include "kernels/mesh/prepared_mesh.h"
 
@@ -15,13 +17,32 @@ namespace meander {
 // Throws ItemError: empty (no face in the file), index_out_of_range or non_finite (no face left, the commoner
 // cause; also where the diagonal or the area is more than double holds), zero_area (area <= 1e-14
 // diagonal^2), timeout; unsupported_format or too_large (more than 32 bits can number). Cost: O(K) time but
-// for fans of many triangles, which are sorted, and concave polygons of many corners (clip_ears); about 150
-// bytes a triangle. Deterministic, thread-safe.
+// for fans of many triangles, which are sorted, and concave polygons of many corners (clip_ears).
+// Deterministic, thread-safe.
 PreparedMesh prepare_mesh(const PolygonMesh& mesh, const CancelToken& cancel = {});
 
 // The same triangles as they are, for those who need their areas alone: in the order and with the winding of
 // the file, over its vertices, without neighbours (has_topology() is false), all in one component. Repairs
-// are those of faces only. Fails as prepare_mesh does. O(K), about 50 bytes a triangle and 25 a vertex.
+// are those of faces only. Fails as prepare_mesh does. O(K).
 PreparedMesh prepare_soup(const PolygonMesh& mesh, const CancelToken& cancel = {});
+
+// Upper bounds of bytes beside the file: while the mesh is prepared, and of what is left while a sampler
+// frees its neighbours.
+struct PreparedBytes {
+  double peak = 0, held = 0;
+};
+constexpr PreparedBytes prepared_bytes(double triangles, double vertices, bool topology) {
+  // Half-edges, slots, positions of half a vertex, areas, scratch.
+  constexpr double bytes_per_triangle = 150;
+  // Without topology: corners, slots, polygon, area, mass; and the working position of every vertex.
+  constexpr double bytes_per_soup_triangle = 54, bytes_per_soup_vertex = 30;
+  // A vertex of the file may be several: one more a triangle, though never more than three of each.
+  constexpr double bytes_per_held_triangle = 56, bytes_per_held_vertex = 24;
+  const double soup = triangles * bytes_per_soup_triangle + vertices * bytes_per_soup_vertex;
+  if (!topology) return {soup, soup};
+  return {triangles * bytes_per_triangle,
+          triangles * bytes_per_held_triangle +
+              std::min(3 * triangles, vertices + triangles) * bytes_per_held_vertex};
+}
 
 }  // namespace meander

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "kernels/core/cancel.h"
+#include "kernels/core/model_sizes.h"
 #include "kernels/core/random.h"
 #include "kernels/curve/curve_tree.h"
 #include "kernels/mesh/coarsen_mesh.h"
@@ -14,7 +15,6 @@
 #include "kernels/mesh/prepared_mesh.h"
 #include "kernels/model/sample_parameters.h"
 #include "kernels/model/tensor_segments.h"
-#include "kernels/partition/element_cells.h"
 #include "kernels/partition/surface_regions.h"
 #include "kernels/sample/placed_sites.h"
 
@@ -34,9 +34,7 @@ struct Model {
   std::vector<CutChart> cuts;     // cut_to_disk; flatten_chart takes them
   std::vector<FlatChart> charts;  // flatten_chart or chart_segments, by component
   std::vector<CurveTree> trees;   // build_curve; locate_vertices refines them
-  CurveElements elements;         // locate_vertices: along a curve,
-  ElementCells cells;             // or by balanced bisection,
-  SurfaceRegions regions;         // or in regions, for large sets
+  SurfaceOrder order;             // locate_vertices
   PlacedSites sites;              // place_samples, in place of row.samples (leaves_sites)
   Row row;  // its report is filled up to the stage that threw; place_samples, describe_shape
 };
@@ -45,17 +43,22 @@ struct Model {
 struct ModelStage {
   std::string_view name;
   std::function<void(Model&)> run;
+  // Upper bound of the bytes that are alive at once while it runs, beside the file and what columns take from
+  // it; null: no more than those of another stage.
+  double (*bytes)(const SampleParameters& parameters, const ModelSizes& sizes) = nullptr;
 };
-using ModelStages = std::vector<ModelStage>;
 
 // All stages of the method, in order; no stage is idle. The parameters are copied. `device`: null unless
 // casts_rays; it must outlive the stages.
 ModelStages stages_of(const SampleParameters& parameters, const EmbreeDevice* device);
 
-// Its first two thirds; descriptors are the last. Up to the charts nothing depends on seed and sequence of
-// the samples, so a model charted once can be sampled many times with parameters that differ in those; and
-// with fewer samples. Coarse charts (CoarsenParameters) are made for their number: with more samples than
-// they were made for the order is worse, otherwise all is as it should be.
+// The largest of the stages' bytes.
+double peak_bytes(const SampleParameters& parameters, const ModelSizes& sizes);
+
+// The stages up to the charts, and from there to the samples. The former do not depend on seed and sequence
+// of the samples, so a model that is charted once can be sampled many times with parameters that differ in
+// those, and with fewer samples. With more samples than coarse charts (CoarsenParameters) were made for, the
+// order is worse; the samples are still correct.
 ModelStages charting_stages(const SampleParameters& parameters);
 ModelStages placing_stages(const SampleParameters& parameters, const EmbreeDevice* device);
 

@@ -7,17 +7,15 @@
 #include "kernels/core/check_range.h"
 #include "kernels/density/formula_density.h"
 #include "kernels/model/sample_settings.h"
+#include "kernels/partition/element_cells.h"
 
 namespace meander {
 
 SampleParameters parameters_for(std::string_view method) {
   SampleParameters parameters;
-  for (const SamplingMethod& known : sampling_methods) {
-    if (known.name != method) continue;
-    parameters.method = known.choice;
-    return parameters;
-  }
-  throw std::invalid_argument("there is no sampling method `" + std::string(method) + "`");
+  if (!take_word(sampling_methods, method, parameters.method))
+    throw std::invalid_argument("there is no sampling method `" + std::string(method) + "`");
+  return parameters;
 }
 
 namespace {
@@ -28,10 +26,8 @@ void check_without_topology(const SampleParameters& p, std::vector<std::string>&
     problems.push_back(what + " needs the topology of the surface: do without it, or find the topology");
   };
   const SamplingMethod& method = method_of(p);
-  if (method.makes_charts) need("the method " + std::string(method.name));
-  if (p.density.kind == DensityKind::mean || p.density.kind == DensityKind::gaussian ||
-      p.density.kind == DensityKind::max || uses_curvature(p.density))
-    need("a curvature density");
+  if (method.makes_charts) need("the method " + std::string(method.text));
+  if (form_of(p.density).needs_topology || uses_curvature(p.density)) need("a curvature density");
   if (p.curved) need("lifting the samples to the curved surface");
   for (const Descriptor descriptor : p.describe.descriptors)
     if (group_of(descriptor).needs_mesh) need("the descriptor " + std::string(name_of(descriptor)));
@@ -55,9 +51,7 @@ std::vector<std::string> validate(const SampleParameters& p) {
   check_range(problems, "extra seams", p.flatten.max_extra_seams, 0, 64);
   check_range(problems, "effort", p.flatten.effort, 0.0, 1e6);
   check_range(problems, "density quantile", p.density.quantile, 0.01, 1.0);
-  const bool wants_attribute =
-      p.density.kind == DensityKind::vertex_attribute || p.density.kind == DensityKind::face_attribute;
-  if (wants_attribute && p.density.attribute.empty())
+  if (form_of(p.density).text_member == &DensityParameters::attribute && p.density.attribute.empty())
     problems.push_back("the density needs the name of an attribute");
   const SamplingMethod& method = method_of(p);
   if (is_formula(p.density.kind)) {
@@ -72,13 +66,13 @@ std::vector<std::string> validate(const SampleParameters& p) {
   if (is_in_pieces(p.density) && method.follows_tensor)
     problems.push_back("the density `" +
                        (is_formula(p.density.kind) ? p.density.formula : std::string("texture")) +
-                       "` does not go with the method " + std::string(method.name) +
+                       "` does not go with the method " + std::string(method.text) +
                        ", which takes none that is finer than triangles: choose another density or method");
-  if (p.curve && method.order == ElementOrder::balanced)
-    problems.push_back("the method " + std::string(method.name) +
+  if (p.curve && !method.takes_curve)
+    problems.push_back("the method " + std::string(method.text) +
                        " chooses the order itself: name a method to choose the curve");
-  if (!method.makes_charts && order_of(p) != ElementOrder::hilbert && order_of(p) != ElementOrder::balanced)
-    problems.push_back("the method " + std::string(method.name) + " knows the curves hilbert and balanced");
+  if (!method.makes_charts && row_of(element_orders, order_of(p)).in_space == Method::none)
+    problems.push_back("the method " + std::string(method.text) + " knows the curves hilbert and balanced");
   if (!p.topology) check_without_topology(p, problems);
   if (p.locate == LocatorKind::first_hit && method_of(p).makes_charts &&
       order_of(p) == ElementOrder::balanced)
@@ -117,14 +111,23 @@ ElementOrder order_of(const SampleParameters& parameters) {
   return parameters.curve.value_or(method_of(parameters).order);
 }
 
+namespace {
+
+ElementUse use_of(const SampleParameters& parameters) {
+  if (parameters.place == PlaceKind::vertex) return ElementUse::vertices;
+  if (parameters.sequence == SequenceKind::spaced) return ElementUse::places;
+  return forms_net(place_parameters(parameters)) ? ElementUse::net : ElementUse::positions;
+}
+
+}  // namespace
+
 double elements_per_sample(const SampleParameters& parameters) {
   const double asked = parameters.elements.elements_per_sample;
   double least = 0;
   if (method_of(parameters).follows_tensor) least = tensor_elements_per_sample;
   if (order_of(parameters) == ElementOrder::balanced) {
-    const bool splits = !method_of(parameters).makes_charts &&
-                        parameters.density.kind == DensityKind::uniform &&
-                        parameters.place == PlaceKind::element;  // see splits_pieces
+    const bool splits = may_split(use_of(parameters), !method_of(parameters).makes_charts,
+                                  parameters.density.kind == DensityKind::uniform);
     least = std::max(least, balanced_elements_per_sample(parameters.samples, splits));
   }
   return std::max(asked, least);
@@ -146,12 +149,8 @@ ElementParameters element_parameters(const SampleParameters& parameters) {
   ElementParameters elements = parameters.elements;
   elements.samples = parameters.samples;
   elements.elements_per_sample = elements_per_sample(parameters);
-  elements.keep_vertices = parameters.place == PlaceKind::vertex;
   elements.order = order_of(parameters);
-  // Places in fixed cells would prefer the same parts of the surface for every seed (docs/METHODS.md 7.5).
-  elements.random_axes = parameters.sequence == SequenceKind::spaced;
-  elements.net_points = parameters.sequence == SequenceKind::shifted;
-  elements.keep_polygons = parameters.sequence == SequenceKind::spaced;
+  elements.use = use_of(parameters);
   return elements;
 }
 

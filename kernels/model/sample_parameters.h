@@ -1,4 +1,4 @@
-// Everything that decides the samples of a model, and the registry of the methods.
+// Everything that decides the samples of a model.
 #pragma once
 
 #include <array>
@@ -14,7 +14,7 @@
 #include "kernels/describe/describe_samples.h"
 #include "kernels/flatten/flatten_chart.h"
 #include "kernels/mesh/coarsen_mesh.h"
-#include "kernels/partition/elements.h"
+#include "kernels/model/sampling_methods.h"
 #include "kernels/rays/embree_locator.h"
 #include "kernels/sample/place_samples.h"
 #include "kernels/segment/segment_mesh.h"
@@ -23,7 +23,6 @@
 
 namespace meander {
 
-enum class MethodChoice : std::uint8_t { automatic, conformal, direct, anisotropic };
 enum class LocatorKind : std::uint8_t { embree, elements, first_hit };
 
 // The least number of elements per sample of anisotropic sampling, whatever ElementParameters ask for:
@@ -32,8 +31,8 @@ enum class LocatorKind : std::uint8_t { embree, elements, first_hit };
 inline constexpr double tensor_elements_per_sample = 16;
 
 // The least number of elements per sample of the balanced order: its cells follow the borders of elements,
-// and coarse elements make ragged cells (docs/METHODS.md 6.5 has the numbers). Large sets do with fewer, for
-// the time that the elements take: that is less where only small cells take their pieces apart.
+// and coarse elements make ragged cells (docs/METHODS.md 6.5 has the numbers). Large sets have fewer to save
+// time; more of them where only small cells split their pieces (may_split), which costs less.
 constexpr double balanced_elements_per_sample(std::uint32_t samples, bool splits) {
   return samples <= most_whole_samples ? 12 : splits ? 6 : 4;
 }
@@ -83,8 +82,7 @@ struct SampleParameters {
   CoarsenParameters coarsen;  // of the charts of the method conformal
   CutParameters cut;
   FlattenParameters flatten;
-  // Of these two, the numbers of samples and the orders come from above: see locate_parameters and
-  // element_parameters.
+  // Of the next two, locate_parameters and element_parameters take the rest from above.
   LocateParameters locator;
   ElementParameters elements;
   DensityParameters density;
@@ -113,21 +111,8 @@ struct SampleParameters {
 // All problems of the parameters, one sentence each; empty when they are valid.
 std::vector<std::string> validate(const SampleParameters& parameters);
 
-// A method as the rest of the program knows it; the stages of each are in stages_of.cpp.
-struct SamplingMethod {
-  MethodChoice choice;
-  std::string_view name;  // on the command line and in stores
-  ElementOrder order;     // of its elements, unless another one is asked for
-  bool makes_charts;      // cuts and flattens the surface: has a curve and a locator to choose
-  bool follows_tensor;    // samples under a tensor field: has segments, and rows of AnisotropyReport
-};
-inline constexpr std::array<SamplingMethod, 4> sampling_methods = {
-    {{MethodChoice::automatic, "auto", ElementOrder::balanced, false, false},
-     {MethodChoice::conformal, "conformal", ElementOrder::hilbert, true, false},
-     {MethodChoice::direct, "direct", ElementOrder::hilbert, false, false},
-     {MethodChoice::anisotropic, "anisotropic", ElementOrder::hilbert, true, true}}};
 constexpr const SamplingMethod& method_of(const SampleParameters& parameters) {
-  return sampling_methods[static_cast<std::size_t>(parameters.method)];
+  return row_of(sampling_methods, parameters.method);
 }
 // The default parameters with the method of that name; std::invalid_argument when there is none.
 SampleParameters parameters_for(std::string_view method);
@@ -142,8 +127,8 @@ ElementOrder order_of(const SampleParameters& parameters);
 
 // elements.elements_per_sample, or what the method or the order needs at least where that is more.
 double elements_per_sample(const SampleParameters& parameters);
-// What the stages take: of the elements, with that number, their order, and curve vertices where samples are
-// placed at them; of the locator; and of the places of samples.
+// The parameters of the kernels that follow from these: of elements, of the locator, and of the places of
+// samples.
 ElementParameters element_parameters(const SampleParameters& parameters);
 LocateParameters locate_parameters(const SampleParameters& parameters);
 PlaceParameters place_parameters(const SampleParameters& parameters);

@@ -15,6 +15,9 @@ using P = SampleParameters;
 
 constexpr double most_samples = 2147483648.0;
 
+constexpr Word<LocatorKind> locate_words[] = {{"embree", LocatorKind::embree},
+                                              {"elements", LocatorKind::elements},
+                                              {"first-hit", LocatorKind::first_hit}};
 constexpr Word<TensorForm> form_words[] = {{"spacing", TensorForm::spacing}, {"metric", TensorForm::metric}};
 constexpr Word<AlignmentForm> parameterisation_words[] = {{"metric", AlignmentForm::metric},
                                                           {"gradient", AlignmentForm::gradient}};
@@ -24,8 +27,8 @@ constexpr Word<HistogramScale> scale_words[] = {{"mean", HistogramScale::mean},
                                                 {"largest", HistogramScale::largest}};
 
 bool follows_tensor(const P& p) { return method_of(p).follows_tensor; }
-bool has_coarse_charts(const P& p) { return p.method == MethodChoice::conformal; }
-bool is_shaped(const P& p) { return has_shape(p.density.kind); }
+bool has_coarse_charts(const P& p) { return method_of(p).makes_charts && !follows_tensor(p); }
+bool is_shaped(const P& p) { return form_of(p.density).is_shaped; }
 bool is_spaced(const P& p) { return p.sequence == SequenceKind::spaced; }
 
 template <bool (*has)(const DescriptorGroup&)>
@@ -56,13 +59,7 @@ std::string take_strict(P& p, std::string_view text) {
 void add_density_settings(SampleSettings& list) {
   list.text(
           "density", "--density", [](const P& p) { return density_text(p.density); },
-          [](P& p, std::string_view text) { return take_density(text, p.density); },
-          "uniform, mean|gaussian|max curvature, attribute:NAME of vertices, face-attribute:NAME; texture: "
-          "the "
-          "luminance of the model's textures, more samples where they are bright, texture-inverse: where "
-          "they "
-          "are dark (with --colors); formula:TEXT in x, y, z, nx, ny, nz, mean, gaussian, u, v, as "
-          "`formula:1 + z^2`, unit-formula: with lengths of the unit box")
+          [](P& p, std::string_view text) { return take_density(text, p.density); }, density_help())
       .in_python("density");
   const std::string shaped = "applies to densities of curvature and textures only";
   list.number(
@@ -99,12 +96,10 @@ void add_place_settings(SampleSettings& list) {
           "Order in the file: every prefix well spread, or along the curve")
       .in_python("order");
   list.text(
-          "curve", "--curve",
-          [](const P& p) { return std::string(text_of(order_of_elements_words, order_of(p))); },
+          "curve", "--curve", [](const P& p) { return std::string(text_of(element_orders, order_of(p))); },
           [](P& p, std::string_view text) {
             ElementOrder order{};
-            if (!take_word(order_of_elements_words, text, order))
-              return none_of(text, all_words(order_of_elements_words));
+            if (!take_word(element_orders, text, order)) return none_of(text, all_words(element_orders));
             p.curve = order;
             return std::string();
           },
@@ -112,7 +107,7 @@ void add_place_settings(SampleSettings& list) {
           "balanced")
       .in_python("curve")
       .without_default()
-      .words = all_words(order_of_elements_words);
+      .words = all_words(element_orders);
 }
 
 void add_tensor_settings(SampleSettings& list) {
@@ -159,6 +154,13 @@ void add_tensor_settings(SampleSettings& list) {
       .acting(follows_tensor, only);
 }
 
+std::string method_help() {
+  std::string help = "How the surface is ordered: ";
+  for (const SamplingMethod& method : sampling_methods)
+    help += (&method == &sampling_methods.front() ? "" : "; ") + std::string(method.help);
+  return help;
+}
+
 SampleSettings make_point_settings() {
   SampleSettings list;
   list.under("Points");
@@ -167,11 +169,7 @@ SampleSettings make_point_settings() {
           "Points per model, 1 to 2^31")
       .in_python("n");
   list.word(
-          "method", "--method", [](auto& p) -> auto& { return p.method; }, method_words,
-          "How the surface is ordered: auto, the order that measures best (balanced bisection in space); a "
-          "curve over a conformal chart; a curve in space; or a curve over a chart conformal in the metric "
-          "of "
-          "a tensor field")
+          "method", "--method", [](auto& p) -> auto& { return p.method; }, sampling_methods, method_help())
       .in_python("method");
   add_density_settings(list);
   add_place_settings(list);

@@ -6,22 +6,8 @@
 
 #include "kernels/core/setting.h"
 #include "kernels/model/sample_parameters.h"
-#include "kernels/sample/place_words.h"
 
 namespace meander {
-
-inline constexpr Word<MethodChoice> method_words[] = {{"auto", MethodChoice::automatic},
-                                                      {"conformal", MethodChoice::conformal},
-                                                      {"direct", MethodChoice::direct},
-                                                      {"anisotropic", MethodChoice::anisotropic}};
-inline constexpr Word<LocatorKind> locate_words[] = {{"embree", LocatorKind::embree},
-                                                     {"elements", LocatorKind::elements},
-                                                     {"first-hit", LocatorKind::first_hit}};
-inline constexpr Word<ElementOrder> order_of_elements_words[] = {
-    {"hilbert", ElementOrder::hilbert},
-    {"peano", ElementOrder::peano},
-    {"peano-meander", ElementOrder::peano_meander},
-    {"balanced", ElementOrder::balanced}};
 
 using SampleSettings = SettingList<SampleParameters>;
 

@@ -9,6 +9,7 @@
 #include "kernels/mesh/prepare_mesh.h"
 #include "kernels/model/charts.h"
 #include "kernels/model/model.h"
+#include "kernels/rays/first_hit.h"
 #include "kernels/sample/curved_samples.h"
 #include "kernels/sample/point_frames.h"
 #include "kernels/sample/sample_attributes.h"
@@ -18,6 +19,71 @@
 namespace meander {
 
 namespace {
+
+// ---- bytes: of what stages hold, by the arrays that are alive at once
+
+// The neighbours of triangles are found, in the first stage or by descriptors.
+bool finds_topology(const SampleParameters& p) {
+  return p.topology || std::any_of(p.describe.descriptors.begin(), p.describe.descriptors.end(), needs_mesh);
+}
+
+// The prepared surface, with its segments under a tensor field.
+double surface_bytes(const SampleParameters& p, const ModelSizes& sizes) {
+  return prepared_bytes(sizes.triangles, sizes.vertices, finds_topology(p)).peak +
+         (method_of(p).follows_tensor ? tensor_bytes(sizes.triangles) : 0);
+}
+
+double flattening_bytes(const SampleParameters& p, const ModelSizes& sizes) {
+  return surface_bytes(p, sizes) + flatten_bytes(sizes.triangles, sizes.unknowns());
+}
+
+double charted_bytes(const SampleParameters& p, const ModelSizes& sizes) {
+  return surface_bytes(p, sizes) + (method_of(p).makes_charts ? chart_bytes(sizes.triangles) : 0);
+}
+
+// The charts of a coarse mesh need more elements.
+ElementParameters over_coarse_mesh(ElementParameters elements) {
+  elements.elements_per_sample =
+      std::max(elements.elements_per_sample, coarse_elements_per_sample(elements.samples));
+  return elements;
+}
+
+OrderBytes bytes_of_order(const SampleParameters& p, const ModelSizes& sizes) {
+  const SamplingMethod& method = method_of(p);
+  const PreparedBytes surface = prepared_bytes(sizes.triangles, sizes.vertices, finds_topology(p));
+  const ElementParameters elements = element_parameters(p);
+  return order_bytes({.triangles = sizes.triangles,
+                      .in_space = !method.makes_charts,
+                      .uniform = p.density.kind == DensityKind::uniform,
+                      .in_metric = method.follows_tensor,
+                      .in_regions = places_in_regions(p),
+                      .freed_bytes = surface.peak - surface.held,
+                      .threads = sizes.threads},
+                     method.makes_charts ? over_coarse_mesh(elements) : elements);
+}
+
+double ordering_bytes(const SampleParameters& p, const ModelSizes& sizes) {
+  return charted_bytes(p, sizes) + (casts_rays(p) ? locate_bytes(locate_parameters(p), sizes.triangles) : 0) +
+         bytes_of_order(p, sizes).building;
+}
+
+double bytes_of_samples(const SampleParameters& p, const ModelSizes& sizes) {
+  const PlaceParameters place = place_parameters(p);
+  return places_in_regions(p) ? region_sample_bytes(place, leaves_sites(p), sizes.triangles, sizes.threads)
+                              : sample_bytes(place, method_of(p).follows_tensor);
+}
+
+double placing_bytes(const SampleParameters& p, const ModelSizes& sizes) {
+  return charted_bytes(p, sizes) + bytes_of_order(p, sizes).placing + bytes_of_samples(p, sizes) +
+         (p.curved ? lift_bytes(sizes.triangles) : 0);
+}
+
+double describing_bytes(const SampleParameters& p, const ModelSizes& sizes) {
+  double most = 0;
+  for (const Descriptor descriptor : p.describe.descriptors)
+    if (const auto bytes = group_of(descriptor).bytes) most = std::max(most, bytes(p.describe, sizes));
+  return surface_bytes(p, sizes) + bytes_of_samples(p, sizes) + most;
+}
 
 // ---- up to the charts
 
@@ -45,21 +111,12 @@ void report_surface(const PreparedMesh& mesh, ItemReport& report) {
   report.area = file_area(mesh, mesh.total_area);
 }
 
-// What the first stage of every method takes of the parameters.
-struct SurfaceParameters {
-  explicit SurfaceParameters(const SampleParameters& p)
-      : density(p.density), strict(p.strict), topology(p.topology) {}
-  DensityParameters density;
-  NoteSet strict;
-  bool topology;
-};
-
-void prepare_surface(Model& model, const SurfaceParameters& parameters) {
-  const auto& [density, strict, topology] = parameters;
-  report_file(model.file, strict, model.row.report);
-  model.surface = topology ? prepare_mesh(model.file, model.cancel) : prepare_soup(model.file, model.cancel);
+void prepare_surface(Model& model, const SampleParameters& p) {
+  report_file(model.file, p.strict, model.row.report);
+  model.surface =
+      p.topology ? prepare_mesh(model.file, model.cancel) : prepare_soup(model.file, model.cancel);
   report_surface(model.surface, model.row.report);
-  model.measure.density = make_density(model.file, model.surface, density, model.cancel);
+  model.measure.density = make_density(model.file, model.surface, p.density, model.cancel);
 }
 
 void measure_surface(Model& model, bool keep_masses = true) {
@@ -68,17 +125,17 @@ void measure_surface(Model& model, bool keep_masses = true) {
 }
 
 ModelStages charting_direct(const SampleParameters& p) {
-  const Method method = order_of(p) == ElementOrder::balanced ? Method::balanced : Method::direct;
-  const bool frees_topology = p.rows_only && p.describe.descriptors.empty();
-  const bool frees_polygons = frees_topology && !p.colors && p.attributes.empty() && !p.texcoord;
-  return {{"prepare_mesh", [surface = SurfaceParameters(p), rows_only = p.rows_only, frees_topology,
-                            frees_polygons, method](Model& model) {
-             prepare_surface(model, surface);
+  return {{"prepare_mesh",
+           [p](Model& model) {
+             const bool frees_topology = p.rows_only && p.describe.descriptors.empty();
+             prepare_surface(model, p);
              if (frees_topology) model.surface.opposite = std::vector<std::uint32_t>();
-             if (frees_polygons) model.file.polygon_begin = std::vector<std::uint32_t>();
-             measure_surface(model, !rows_only);
-             model.row.report.method = method;
-           }}};
+             if (frees_topology && !p.colors && p.attributes.empty() && !p.texcoord)
+               model.file.polygon_begin = std::vector<std::uint32_t>();
+             measure_surface(model, !p.rows_only);
+             model.row.report.method = row_of(element_orders, order_of(p)).in_space;
+           },
+           surface_bytes}};
 }
 
 // The mesh that is cut and flattened.
@@ -93,8 +150,8 @@ FlattenParameters flatten_parameters(const Model& model, FlattenParameters param
 }
 
 ModelStages charting_conformal(const SampleParameters& p) {
-  ModelStages stages = {{"prepare_mesh", [surface = SurfaceParameters(p)](Model& model) {
-                           prepare_surface(model, surface);
+  ModelStages stages = {{"prepare_mesh", [p](Model& model) {
+                           prepare_surface(model, p);
                            measure_surface(model);
                          }}};
   // The first triangle that a ray hits is the sample's own: it is located on the surface itself.
@@ -106,30 +163,33 @@ ModelStages charting_conformal(const SampleParameters& p) {
   stages.push_back({"cut_to_disk", [cut = p.cut](Model& model) {
                       model.cuts = cut_components(charted_mesh(model), cut, model.cancel);
                     }});
-  stages.push_back({"flatten_chart", [flatten = p.flatten](Model& model) {
+  stages.push_back({"flatten_chart",
+                    [flatten = p.flatten](Model& model) {
                       const PreparedMesh& mesh = charted_mesh(model);
                       model.charts = flatten_components(mesh, std::move(model.cuts),
                                                         flatten_parameters(model, flatten), model.cancel);
                       report_charts(mesh.components, model.charts, model.row.report);
-                    }});
+                    },
+                    flattening_bytes});
   return stages;
 }
 
 ModelStages charting_anisotropic(const SampleParameters& p) {
-  return {
-      {"prepare_mesh", [surface = SurfaceParameters(p)](Model& model) { prepare_surface(model, surface); }},
-      {"follow_tensor",
-       [wanted = p.tensor_charts, tensor = p.tensor](Model& model) {
-         TensorParameters own = tensor;
-         if (model.tensor_table) own.table = model.tensor_table;
-         model.segments = make_tensor_segments(model.file, model.surface, model.measure.density, own, wanted,
-                                               model.cancel);
-         model.row.report.measure = model.segments.file_measure;
-       }},
-      {"chart_segments", [p](Model& model) {
-         model.charts = chart_segments(model.segments, p, model.cancel);
-         report_charts(model.segments.mesh.components, model.charts, model.row.report);
-       }}};
+  return {{"prepare_mesh", [p](Model& model) { prepare_surface(model, p); }},
+          {"follow_tensor",
+           [wanted = p.tensor_charts, tensor = p.tensor](Model& model) {
+             TensorParameters own = tensor;
+             if (model.tensor_table) own.table = model.tensor_table;
+             model.segments = make_tensor_segments(model.file, model.surface, model.measure.density, own,
+                                                   wanted, model.cancel);
+             model.row.report.measure = model.segments.file_measure;
+           }},
+          {"chart_segments",
+           [p](Model& model) {
+             model.charts = chart_segments(model.segments, p, model.cancel);
+             report_charts(model.segments.mesh.components, model.charts, model.row.report);
+           },
+           flattening_bytes}};
 }
 
 // ---- from the charts to the samples
@@ -151,57 +211,35 @@ Domain surface_domain(const Model& model) {
 Domain segments_domain(const Model& model) { return {model.segments.measured(), model.segments.measure}; }
 using DomainOf = Domain (*)(const Model&);
 
-void forget_order(Model& model) {
-  model.elements = CurveElements{};
-  model.cells = ElementCells{};
-  model.regions = SurfaceRegions{};
-}
-
-// Of the elements, and whether they are made region by region.
-struct OrderParameters {
-  ElementParameters elements;
-  bool in_regions = false;
-};
-OrderParameters order_parameters(const SampleParameters& p) {
-  return {element_parameters(p), places_in_regions(p)};
+SurfaceContext context_of(const Model& model, const Domain& domain, const TriangleHints& hints = {}) {
+  return {domain.mesh, domain.measure, model.key, {model.charts, domain.coarse}, hints, model.cancel};
 }
 
 void order_elements(Model& model, const Domain& domain, const TriangleHints& hints,
-                    const OrderParameters& order) {
-  ElementParameters elements = order.elements;
-  if (domain.coarse != nullptr)
-    elements.elements_per_sample =
-        std::max(elements.elements_per_sample, coarse_elements_per_sample(elements.samples));
-  // Placed a second time, the model may have been put in the other order before.
-  forget_order(model);
-  const ChartSet charts(model.charts, domain.coarse);
-  if (order.in_regions)
-    model.regions =
-        build_regions(domain.mesh, domain.measure, charts, hints.sheet, model.key, elements, model.cancel);
-  else if (elements.order == ElementOrder::balanced)
-    model.cells = build_cells(domain.mesh, domain.measure, charts, hints, model.key, elements, model.cancel);
-  else
-    model.elements =
-        build_elements(domain.mesh, domain.measure, charts, hints, model.key, elements, model.cancel);
+                    const SampleParameters& p) {
+  const ElementParameters elements = element_parameters(p);
+  model.order = SurfaceOrder();  // that of a model that is placed a second time
+  model.order =
+      build_order(context_of(model, domain, hints),
+                  domain.coarse != nullptr ? over_coarse_mesh(elements) : elements, places_in_regions(p));
 }
 
 // With what the rays have found. Of coarse triangles only the sheets matter for the triangles over them,
 // which are small beside the leaves of the curve.
-void order_located(Model& model, const Domain& domain, const Located& located, const OrderParameters& order) {
+void order_located(Model& model, const Domain& domain, const Located& located, const SampleParameters& p) {
   if (domain.coarse == nullptr) {
-    order_elements(model, domain, {located.hits, located.sheet}, order);
+    order_elements(model, domain, {located.hits, located.sheet}, p);
     return;
   }
   std::vector<std::uint8_t> sheet(domain.coarse->triangle.size());
   for (std::size_t t = 0; t < sheet.size(); ++t) sheet[t] = located.sheet[domain.coarse->triangle[t]];
-  order_elements(model, domain, {{}, sheet}, order);
+  order_elements(model, domain, {{}, sheet}, p);
 }
 
 // Elements in the order of the charts, or without any in that of space.
 ModelStages locating_elements(const SampleParameters& p, DomainOf domain_of) {
-  return {{"locate_vertices", [order = order_parameters(p), domain_of](Model& model) {
-             order_elements(model, domain_of(model), {}, order);
-           }}};
+  return {{"locate_vertices",
+           [p, domain_of](Model& model) { order_elements(model, domain_of(model), {}, p); }, ordering_bytes}};
 }
 
 ModelStages locating_rays(const SampleParameters& p, const EmbreeDevice* device, DomainOf domain_of) {
@@ -212,29 +250,30 @@ ModelStages locating_rays(const SampleParameters& p, const EmbreeDevice* device,
                                                       domain.charted_masses(), locator, model.cancel);
                          }}};
   if (p.locate == LocatorKind::first_hit) {
-    stages.push_back({"locate_vertices", [locator = curved, device, domain_of](Model& model) {
+    stages.push_back({"locate_vertices",
+                      [locator = curved, device, domain_of](Model& model) {
                         const Domain domain = domain_of(model);
-                        forget_order(model);
-                        model.elements = locate_first_hit(*device, domain.mesh.mesh(), domain.measure,
-                                                          model.charts, model.trees, locator, model.cancel);
-                      }});
+                        model.order = SurfaceOrder();
+                        model.order = locate_first_hit(*device, domain.mesh.mesh(), domain.measure,
+                                                       model.charts, model.trees, locator, model.cancel);
+                      },
+                      ordering_bytes});
   } else {
-    stages.push_back(
-        {"locate_vertices", [locator = curved, order = order_parameters(p), device, domain_of](Model& model) {
-           const Domain domain = domain_of(model);
-           const Located located =
-               locate_with_embree(*device, domain.charted_mesh(), model.charts, domain.charted_masses(),
-                                  model.trees, model.key, locator, model.cancel);
-           order_located(model, domain, located, order);
-         }});
+    stages.push_back({"locate_vertices",
+                      [locator = curved, p, device, domain_of](Model& model) {
+                        const Domain domain = domain_of(model);
+                        const Located located = locate_with_embree(
+                            *device, domain.charted_mesh(), model.charts, domain.charted_masses(),
+                            model.trees, model.key, locator, model.cancel);
+                        order_located(model, domain, located, p);
+                      },
+                      ordering_bytes});
   }
   return stages;
 }
 
 ModelStages locating(const SampleParameters& p, const EmbreeDevice* device, DomainOf domain_of) {
-  if (!casts_rays(p)) return locating_elements(p, domain_of);
-  if (device == nullptr) throw std::invalid_argument("the locator needs an Embree device");
-  return locating_rays(p, device, domain_of);
+  return casts_rays(p) ? locating_rays(p, device, domain_of) : locating_elements(p, domain_of);
 }
 
 // The frame of the stored points, which the row names.
@@ -252,20 +291,11 @@ OutputFrame reported_frame(const ItemReport& report) {
   return {{report.loc[0], report.loc[1], report.loc[2]}, report.scale};
 }
 
-void place(Model& model, const PlaceParameters& parameters, const Domain& domain,
-           const MetricAt& metric = {}) {
+void place(Model& model, const PlaceParameters& parameters, const Domain& domain, MetricAt metric = {}) {
   ItemReport& report = model.row.report;
   OutputFrame frame = first_frame(model, parameters);
-  const auto placed = [&](const auto& order) {
-    return place_samples(model.file, domain.mesh, domain.measure.density, order, model.key, parameters, frame,
-                         report.repairs, model.cancel, metric);
-  };
-  if (model.regions.count() > 0)
-    model.row.samples =
-        place_samples(model.file, domain.mesh, domain.measure.density, {model.charts, domain.coarse},
-                      model.regions, model.key, parameters, frame, report.repairs, model.cancel);
-  else
-    model.row.samples = model.cells.count() > 0 ? placed(model.cells) : placed(model.elements);
+  const PlaceContext context{context_of(model, domain), model.file, parameters, std::move(metric)};
+  model.row.samples = place_samples(context, model.order, frame, report.repairs);
   report_frame(frame, report);
 }
 
@@ -296,13 +326,12 @@ void lift(Model& model, const PlaceParameters& parameters, std::span<const std::
   samples.points = stored_points(lifted, mesh, reported_frame(model.row.report));
 }
 
-// The same for sets that nobody needs as a whole. What they are made of has served.
+// The same for sets that nobody needs as a whole. Frees what they are made of.
 void place_as_sites(Model& model, const PlaceParameters& parameters) {
   ItemReport& report = model.row.report;
-  const Domain domain = surface_domain(model);
   OutputFrame frame = first_frame(model, parameters);
-  model.sites = place_sites(model.file, domain.mesh, domain.measure.density, {model.charts, domain.coarse},
-                            model.regions, model.key, parameters, frame, report.repairs, model.cancel);
+  model.sites = place_sites({context_of(model, surface_domain(model)), model.file, parameters},
+                            std::get<SurfaceRegions>(model.order), frame, report.repairs);
   report_frame(frame, report);
   release_charts(model);
   report.status = Status::ok;
@@ -311,16 +340,20 @@ void place_as_sites(Model& model, const PlaceParameters& parameters) {
 ModelStages placing_on_surface(const SampleParameters& p) {
   if (leaves_sites(p))
     return {{"place_samples",
-             [parameters = place_parameters(p)](Model& model) { place_as_sites(model, parameters); }}};
-  return {{"place_samples", [parameters = place_parameters(p), curved = p.curved](Model& model) {
+             [parameters = place_parameters(p)](Model& model) { place_as_sites(model, parameters); },
+             placing_bytes}};
+  return {{"place_samples",
+           [parameters = place_parameters(p), curved = p.curved](Model& model) {
              place(model, parameters, surface_domain(model));
              if (curved) lift(model, parameters, model.row.samples.triangle);
              model.row.report.status = Status::ok;
-           }}};
+           },
+           placing_bytes}};
 }
 
 ModelStages placing_on_segments(const SampleParameters& p) {
-  return {{"place_samples", [parameters = place_parameters(p), curved = p.curved](Model& model) {
+  return {{"place_samples",
+           [parameters = place_parameters(p), curved = p.curved](Model& model) {
              const MetricAt metric = [&segments = model.segments](std::uint32_t t, double b1, double b2) {
                return metric_at(segments, t, b1, b2);
              };
@@ -333,7 +366,8 @@ ModelStages placing_on_segments(const SampleParameters& p) {
              add_sample_tensors(model.segments, model.row.report.scale, samples);
              samples.triangle = std::move(sources);
              model.row.report.status = Status::ok;
-           }}};
+           },
+           placing_bytes}};
 }
 
 // ---- colours
@@ -384,7 +418,7 @@ ModelStages attributing(const SampleParameters& p) {
 
 // ---- descriptors
 
-void describe(Model& model, const DescribeParameters& parameters) {
+void add_descriptors(Model& model, const DescribeParameters& parameters) {
   release_charts(model);
   // A store names the triangle of a sample by its polygon and corners. A polygon that visits the same three
   // corners twice has two such triangles; this takes the one that `describe` will find in the store.
@@ -397,16 +431,19 @@ void describe(Model& model, const DescribeParameters& parameters) {
 
 ModelStages describing(const SampleParameters& p) {
   if (p.describe.descriptors.empty()) return {};
-  return {{"describe_shape", [parameters = p.describe](Model& model) { describe(model, parameters); }}};
+  return {{"describe_shape", [parameters = p.describe](Model& model) { add_descriptors(model, parameters); },
+           describing_bytes}};
 }
 
 ModelStages describing_anisotropy(const SampleParameters& p) {
-  return {{"describe_shape", [parameters = p.describe](Model& model) {
+  return {{"describe_shape",
+           [parameters = p.describe](Model& model) {
              const AnisotropyReport report = model.segments.report;
-             describe(model, parameters);
+             add_descriptors(model, parameters);
              for (DescriptorRow& row : anisotropy_rows(report))
                model.row.descriptors.push_back(std::move(row));
-           }}};
+           },
+           describing_bytes}};
 }
 
 // ---- the lists
@@ -429,43 +466,44 @@ ModelStages placing_anisotropic(const SampleParameters& p, const EmbreeDevice* d
   return joined({locating(p, device, segments_domain), placing_on_segments(p)});
 }
 
-struct MethodStages {
-  MethodChoice choice;
-  ModelStages (*charting)(const SampleParameters&);
-  ModelStages (*placing)(const SampleParameters&, const EmbreeDevice*);
-  ModelStages (*describing)(const SampleParameters&);
-};
-constexpr std::array<MethodStages, sampling_methods.size()> stages_by_method = {
-    {{MethodChoice::automatic, charting_direct, placing_direct, describing},
-     {MethodChoice::conformal, charting_conformal, placing_conformal, describing},
-     {MethodChoice::direct, charting_direct, placing_direct, describing},
-     {MethodChoice::anisotropic, charting_anisotropic, placing_anisotropic, describing_anisotropy}}};
+// `device` may be null for stages that are not run.
+ModelStages all_stages(const SampleParameters& p, const EmbreeDevice* device) {
+  const MethodStages& stages = *method_of(p).stages;
+  return joined(
+      {stages.charting(p), stages.placing(p, device), coloring(p), attributing(p), stages.describing(p)});
+}
 
-static_assert([] {
-  for (std::size_t i = 0; i < sampling_methods.size(); ++i)
-    if (static_cast<std::size_t>(sampling_methods[i].choice) != i ||
-        stages_by_method[i].choice != sampling_methods[i].choice)
-      return false;
-  return true;
-}());
-
-const MethodStages& registered(const SampleParameters& p) {
-  return stages_by_method[static_cast<std::size_t>(p.method)];
+void check_device(const SampleParameters& parameters, const EmbreeDevice* device) {
+  if (device == nullptr && casts_rays(parameters))
+    throw std::invalid_argument("the locator needs an Embree device");
 }
 
 }  // namespace
 
+constinit const MethodStages direct_stages = {charting_direct, placing_direct, describing};
+constinit const MethodStages conformal_stages = {charting_conformal, placing_conformal, describing};
+constinit const MethodStages anisotropic_stages = {charting_anisotropic, placing_anisotropic,
+                                                   describing_anisotropy};
+
 ModelStages charting_stages(const SampleParameters& parameters) {
-  return registered(parameters).charting(parameters);
+  return method_of(parameters).stages->charting(parameters);
 }
 
 ModelStages placing_stages(const SampleParameters& parameters, const EmbreeDevice* device) {
-  return registered(parameters).placing(parameters, device);
+  check_device(parameters, device);
+  return method_of(parameters).stages->placing(parameters, device);
 }
 
 ModelStages stages_of(const SampleParameters& parameters, const EmbreeDevice* device) {
-  return joined({charting_stages(parameters), placing_stages(parameters, device), coloring(parameters),
-                 attributing(parameters), registered(parameters).describing(parameters)});
+  check_device(parameters, device);
+  return all_stages(parameters, device);
+}
+
+double peak_bytes(const SampleParameters& parameters, const ModelSizes& sizes) {
+  double most = 0;
+  for (const ModelStage& stage : all_stages(parameters, nullptr))
+    if (stage.bytes != nullptr) most = std::max(most, stage.bytes(parameters, sizes));
+  return most;
 }
 
 void run_stages(const ModelStages& stages, Model& model) {
@@ -474,7 +512,7 @@ void run_stages(const ModelStages& stages, Model& model) {
 
 Samples samples_at(const Model& model, const PlaceParameters& parameters, std::size_t begin,
                    std::size_t end) {
-  return samples_at(model.sites, model.file, model.surface, model.measure.density, model.key, parameters,
+  return samples_at(model.sites, {context_of(model, surface_domain(model)), model.file, parameters},
                     reported_frame(model.row.report), begin, end);
 }
 
@@ -484,7 +522,7 @@ void release_charts(Model& model) {
   model.cuts = std::vector<CutChart>();
   model.charts = std::vector<FlatChart>();
   model.trees = std::vector<CurveTree>();
-  forget_order(model);
+  model.order = SurfaceOrder();
 }
 
 }  // namespace meander

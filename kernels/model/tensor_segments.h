@@ -54,6 +54,12 @@ TensorSegments make_tensor_segments(const PolygonMesh& file, const PreparedMesh&
                                     const Density& density, const TensorParameters& tensor,
                                     const TensorChartParameters& wanted, const CancelToken& cancel);
 
+// Upper bound of their bytes: field, metric, steps, a second mesh while segments are cut.
+constexpr double tensor_bytes(double triangles) {
+  constexpr double bytes_per_triangle = 450;
+  return triangles * bytes_per_triangle;
+}
+
 // Charts of all segments. Segments whose chart does not follow the field well enough are bisected and charted
 // again, in rounds; those that have none in the metric, by lack of a sound map or of work (flatten_budget),
 // in further rounds down to single triangles. `segments` becomes finer, its report complete. A segment that

@@ -57,12 +57,13 @@ struct Leaf {
 class Bisection {
  public:
   Bisection(std::span<const MassPoint> elements, std::uint32_t n, std::uint64_t shares,
-            const ElementTraits& traits, const CancelToken& cancel)
+            const ElementTraits& traits, const ExactTriangles* exact, const CancelToken& cancel)
       : n_(n),
         shares_(shares),
         count_(elements.size()),
         elements_(elements),
         traits_(traits),
+        exact_(exact),
         cancel_(cancel),
         tree_(n) {
     double total = 0;
@@ -78,10 +79,9 @@ class Bisection {
     mass_ = total;
     units_ = MassUnits(total);
     leaves_.resize(n);
-    if (traits.exact != nullptr) {
-      if (!traits.splits.empty() || !traits.group.empty() || shares != n)
-        throw std::invalid_argument(
-            "balanced_order: exact cells of elements with splits or groups, or of shares");
+    if (exact != nullptr) {
+      if (!traits.splits.empty() || !traits.group.empty())
+        throw std::invalid_argument("exact_order: elements with splits or groups");
       return;
     }
     if (!traits.splits.empty()) {
@@ -104,11 +104,12 @@ class Bisection {
     if (!traits_.group.empty()) group_.resize(2 * std::size_t{n});
   }
 
-  BalancedCells cells() {
-    if (traits_.exact == nullptr)
+  // Null where exact cells would keep too many polygons.
+  std::optional<BalancedCells> cells() {
+    if (exact_ == nullptr)
       bisect_all();
     else if (!cut_all_exactly())
-      return {};
+      return std::nullopt;
     path_.reserve(n_);
     visit(0, 0, n_, nullptr, nullptr);
     return collect();
@@ -118,13 +119,13 @@ class Bisection {
   static constexpr std::uint32_t several_groups = ~0u;
 
   bool cut_all_exactly() {
-    std::optional<ExactCells> cut = cut_exactly(elements_, mass_, n_, traits_, cancel_);
+    std::optional<ExactCells> cut = cut_exactly(elements_, mass_, n_, traits_, *exact_, cancel_);
     if (!cut) return false;
     ExactCells& exact = *cut;
     tree_ = std::move(exact.tree);
     points_ = std::move(exact.point);
     for (std::size_t leaf = 0; leaf < n_; ++leaf) leaves_[leaf].history = exact.history[leaf];
-    if (!traits_.exact->keep_polygons) {
+    if (exact_->max_polygons == 0) {
       blocks_.resize(1);
       return true;
     }
@@ -512,6 +513,7 @@ class Bisection {
   std::size_t count_;
   std::span<const MassPoint> elements_;
   const ElementTraits& traits_;
+  const ExactTriangles* exact_;
   const CancelToken& cancel_;
   double mass_ = 0;          // of all elements
   std::uint64_t total_ = 0;  // likewise, in units
@@ -538,10 +540,6 @@ void lay_out(std::span<const CellEntry> entries, const Point& d, std::vector<std
   }
 }
 
-}  // namespace
-
-namespace {
-
 std::uint64_t checked_shares(std::uint64_t shares, std::uint32_t n) {
   if (shares == 0) return n;
   if (shares < n || shares > std::numeric_limits<std::uint32_t>::max())
@@ -551,18 +549,17 @@ std::uint64_t checked_shares(std::uint64_t shares, std::uint32_t n) {
 
 }  // namespace
 
-BalancedCells balanced_order(std::span<const MassPoint> elements, std::uint32_t n,
-                             const ElementTraits& traits, const CancelToken& cancel, std::uint64_t shares) {
-  return Bisection(elements, n, checked_shares(shares, n), traits, cancel).cells();
+BalancedCells balanced_order(std::vector<MassPoint> elements, std::uint32_t n, const ElementTraits& traits,
+                             const CancelToken& cancel, std::uint64_t shares) {
+  Bisection bisection(elements, n, checked_shares(shares, n), traits, nullptr, cancel);
+  elements = std::vector<MassPoint>();
+  return *bisection.cells();
 }
 
-BalancedCells balanced_order(std::vector<MassPoint>&& elements, std::uint32_t n, const ElementTraits& traits,
-                             const CancelToken& cancel, std::uint64_t shares) {
-  std::vector<MassPoint> own = std::move(elements);
-  Bisection bisection(own, n, checked_shares(shares, n), traits, cancel);
-  // From here on only triangles are made of them.
-  if (traits.exact == nullptr) own = std::vector<MassPoint>();
-  return bisection.cells();
+std::optional<BalancedCells> exact_order(std::span<const MassPoint> elements, std::uint32_t n,
+                                         const ElementTraits& traits, const ExactTriangles& exact,
+                                         const CancelToken& cancel) {
+  return Bisection(elements, n, n, traits, &exact, cancel).cells();
 }
 
 const CellEntry& entry_at(const BalancedCells& cells, const Cell& cell, double share,

@@ -1,11 +1,12 @@
-// Balanced bisection: an order of surface elements whose strata are compact cells of equal mass, for any
-// number of samples (docs/METHODS.md 6.5).
+// The balanced order: an equal-mass k-d tree over surface elements, whose leaves are compact cells of equal
+// mass for any number of samples (docs/METHODS.md 6.5).
 #pragma once
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -36,14 +37,14 @@ struct ElementSplit {
   float quarter[2][3] = {};  // from the centroid of either half to that of its first half
 };
 
-// Elements that are triangles of even mass: cells are cut exactly, and each gets its point of the net
-// (docs/METHODS.md 6.5 and 7.7) at once, or keeps what it was cut out of.
+// Elements that are triangles of even mass, out of which cells are cut exactly (docs/METHODS.md 6.5).
 struct ExactTriangles {
   std::function<std::array<Vector3, 3>(std::uint32_t element)> corners;  // `at` is their centroid
   RandomKey key;
-  std::uint64_t first_cell = 0;                     // the number of cell 0 among those of the key
-  bool keep_polygons = false;                       // cells get entries, and no point;
-  std::uint64_t most_polygons = ~std::uint64_t{0};  // with more of these there are no cells
+  std::uint64_t first_cell = 0;  // the number of cell 0 among those of the key
+  // 0: every cell gets its point of the net (docs/METHODS.md 7.7). Otherwise every cell keeps the polygons
+  // that it is made of, and there are no cells where that takes more polygons than this.
+  std::uint64_t max_polygons = 0;
 };
 
 // The elements that are taken apart; all others stay whole.
@@ -53,13 +54,12 @@ struct ElementSplits {
   bool empty() const { return element.empty(); }
 };
 
-// What else is known of the elements. `splits`, `normal` and `group` may be empty, `exact` null.
+// What else is known of the elements. `splits`, `normal` and `group` may be empty.
 struct ElementTraits {
   std::span<const std::uint32_t> triangle;  // by element
   ElementSplits splits;
-  std::span<const float> normal;          // 3 a triangle, unit: tells the two sides of a thin plate apart
-  std::span<const std::uint32_t> group;   // by triangle: all elements of one group come before the next
-  const ExactTriangles* exact = nullptr;  // without splits, groups and shares
+  std::span<const float> normal;         // 3 a triangle, unit: tells the two sides of a thin plate apart
+  std::span<const std::uint32_t> group;  // by triangle: all elements of one group come before the next
 };
 
 // An element, a part of a split one, or, where a cut divides it, a share of the mass of either.
@@ -106,28 +106,37 @@ struct BalancedCells {
   double mass(const CellEntry& entry) const { return static_cast<double>(entry.mass) * unit[0] * unit[1]; }
 };
 
-// Orders the elements so that the k-th of n equal shares of the mass is one compact cell. A node that holds
-// s of the n shares is cut across the largest extent of its elements' centroids after lower_leaves(s) of
-// them, down to cells of one share. The path takes the half first that makes it shorter, seen from where it
-// comes from and where it goes on to, and the elements of a cell follow the direction in which it passes. A
-// node that is a thin stack of sheets is cut between sheets instead: by the side that they face, then by
-// height. Nodes of at most 64 shares take their elements by halves, those of at most 16 by all parts; what a
-// cut above has divided stays whole. Masses are added as integers (2^-61 of the power of two above the
-// total), so every cut is exact and no sum depends on its order; ties are broken by the place in the list of
-// the node. Pure, the same for every thread count. O(E log n), about 5 ns an element and level, and three
-// levels more for its parts; 80 bytes an element, 68 more for one that is split, and 220 a sample at the
-// peak, and 24 an entry. Throws std::invalid_argument when n is 0 or no element has mass, or for more than
-// 2^29 elements. `shares`: 0 (n), or at least n: of so many equal shares of the mass cell k of the tree holds
-// those from floor(k shares / n) to floor((k + 1) shares / n). In exact cells no element is given to one
-// side of a cut: triangles are clipped at the plane, and cells are of equal mass to 2^-12. About 80 ns a
-// clip, of which a cell takes 2 (large triangles) to 9 (6 triangles a cell); 750 bytes an element, 1,200
-// from 4,096 cells on, and 64 a kept polygon.
-BalancedCells balanced_order(std::span<const MassPoint> elements, std::uint32_t n,
+// Orders the elements by an equal-mass k-d tree of n leaves, so that the k-th of n equal shares of the mass
+// is one compact cell.
+//
+// - A node of s shares is cut across the largest extent of its elements' centroids, with lower_leaves(s)
+// shares
+//   below the cut. A node that is a thin stack of sheets is cut between the sheets instead: by the side that
+//   they face, then by height.
+// - The path visits the children in the order that makes it shorter, given the nodes before and after it. The
+//   elements of a cell follow the direction in which the path passes it.
+// - Nodes of at most 64 shares divide split elements into halves, nodes of at most 16 shares into all their
+//   parts. An element that a cut has already divided is not split again.
+// - Masses are integers (2^-61 of the power of two above the total): cuts are exact, and sums do not depend
+// on
+//   their order. The place in the node's list breaks ties.
+//
+// `shares`: 0 stands for n. Otherwise at least n, below 2^32: the mass has this many equal shares, and cell k
+// of the tree holds those from floor(k shares / n) to floor((k + 1) shares / n).
+//
+// Pure; the same for every thread count. O(E log n); frees the elements once they have been read. Throws
+// std::invalid_argument for n = 0, elements without mass, more than 2^29 elements, or traits of other
+// elements.
+BalancedCells balanced_order(std::vector<MassPoint> elements, std::uint32_t n,
                              const ElementTraits& traits = {}, const CancelToken& cancel = {},
                              std::uint64_t shares = 0);
-// The same; frees the elements as soon as they are not needed any more.
-BalancedCells balanced_order(std::vector<MassPoint>&& elements, std::uint32_t n, const ElementTraits& traits,
-                             const CancelToken& cancel, std::uint64_t shares);
+
+// The same order with exact cells: triangles are clipped at the planes of the cuts, and cells are of equal
+// mass to 2^-12. Returns nullopt where cells would keep more than max_polygons. Throws what balanced_order
+// throws, and std::invalid_argument for traits with splits or groups.
+std::optional<BalancedCells> exact_order(std::span<const MassPoint> elements, std::uint32_t n,
+                                         const ElementTraits& traits, const ExactTriangles& exact,
+                                         const CancelToken& cancel = {});
 
 // The entry that holds `share` (in [0, 1]) of a cell's mass along the direction of the path, never one
 // without mass; entries follow each other by their centroids, those in one place by number. `scratch` is

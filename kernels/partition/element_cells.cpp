@@ -2,6 +2,7 @@
 
 #include <bit>
 #include <cmath>
+#include <optional>
 #include <utility>
 
 #include "kernels/core/parallel.h"
@@ -86,72 +87,141 @@ std::uint32_t ElementCells::path_of(const CellEntry& entry) const {
   return path[entry.element()] << bisections | (entry.part() - (1u << bisections));
 }
 
-ElementCells cells_from(const ElementSource& source, const SurfaceRegion* region, std::uint64_t cells,
-                        std::uint64_t strata, std::uint64_t first_cell, double limit,
-                        const ElementParameters& parameters, const CancelToken& cancel) {
-  const bool in_space = source.hits.empty() && !source.places.any() && source.surface.in_space();
-  const bool is_split = in_space && splits_pieces(parameters, true, source.density.uniform());
-  // Triangles that will be clipped need no cutting.
-  const bool is_exact = is_split && cells == strata &&
-                        cuts_exactly(parameters, true, source.density.uniform()) &&
-                        !(parameters.keep_polygons && region != nullptr) &&  // weights are of triangles
-                        has_few_triangles(source, region, cells);
-  const KeptOfPieces kept{parameters.keep_vertices, is_exact, is_split && !is_exact ? limit : 0};
-  const double most = is_exact ? INFINITY : is_split ? limit * split_parts : limit;
-  PlacedPieces pieces = cut_source(
-      source, region, most, [&] { return PlacedPieces(source.places, source.key, kept); }, cancel);
-  check_count(pieces.point.size(), most_balanced_elements);
-  cancel.check();
-  std::vector<float> turned;
+namespace {
+
+// The pieces of a part and the normals of the surface, as cells are cut: about random axes for
+// ElementUse::places, as fixed axes would prefer the same parts of the surface for every seed
+// (docs/METHODS.md 7.5).
+struct CellPieces {
+  PlacedPieces pieces;
+  std::vector<float> turned_normal;  // empty where nothing is turned
   Rotation rotation;
-  if (parameters.random_axes) {
-    turned = source.normal;
+
+  CellPieces(const ElementSource& source, const SurfacePart& part, ElementUse use, double limit,
+             const KeptOfPieces& kept)
+      : pieces(
+            cut_source(source, part, limit, [&] { return PlacedPieces(source.places, source.key, kept); })) {
+    check_count(pieces.point.size(), most_balanced_elements);
+    source.cancel.check();
+    if (use != ElementUse::places) return;
+    turned_normal = source.normal;
     rotation = random_axes(source.key, source.places.any());
-    turn_axes(rotation, pieces, turned);
+    turn_axes(rotation, pieces, turned_normal);
+    is_turned_ = true;
   }
-  ElementTraits traits{pieces.triangle,
-                       {pieces.split_piece, pieces.split},
-                       parameters.random_axes ? turned : source.normal,
-                       source.group};
+
+  Vector3 turned(const Vector3& at) const { return is_turned_ ? shrink * rotated(rotation, at) : at; }
+  ElementTraits traits(const ElementSource& source) const {
+    return {pieces.triangle,
+            {pieces.split_piece, pieces.split},
+            is_turned_ ? turned_normal : source.normal,
+            source.group};
+  }
+  ElementCells with(BalancedCells cells) {
+    return {std::move(cells), std::move(pieces.triangle), std::move(pieces.path), std::move(pieces.vertex)};
+  }
+
+ private:
+  bool is_turned_ = false;
+};
+
+// Cells that are cut exactly out of triangles; nullopt where they would keep too many polygons.
+std::optional<ElementCells> exact_cells(const ElementSource& source, const SurfacePart& part,
+                                        ElementUse use) {
+  // Triangles that will be clipped need no cutting.
+  CellPieces cut(source, part, use, INFINITY, {.corners = true});
   ExactTriangles exact;
-  if (is_exact) {
-    const auto corners = [&](std::uint32_t e) {
-      std::array<Vector3, 3> corner = corners_of(pieces, source.surface.mesh(), e);
-      if (parameters.random_axes)
-        for (Vector3& at : corner) at = shrink * rotated(rotation, at);
-      return corner;
-    };
-    exact = {corners, source.key, first_cell};
-    if (parameters.keep_polygons) {
-      exact.keep_polygons = true;
-      exact.most_polygons = static_cast<std::uint64_t>(
-          most_kept_polygons(static_cast<double>(pieces.point.size()), static_cast<double>(cells)));
-    }
-    traits.exact = &exact;
-  }
-  ElementCells result;
-  result.cells =
-      balanced_order(std::move(pieces.point), static_cast<std::uint32_t>(cells), traits, cancel, strata);
-  if (result.cells.cell.empty()) {
-    ElementParameters of_elements = parameters;
-    of_elements.net_points = of_elements.keep_polygons = false;
-    pieces = PlacedPieces(source.places, source.key, {});
-    return cells_from(source, region, cells, strata, first_cell, limit, of_elements, cancel);
-  }
-  result.triangle = std::move(pieces.triangle);
-  result.path = std::move(pieces.path);
-  result.vertex = std::move(pieces.vertex);
-  return result;
+  exact.corners = [&](std::uint32_t e) {
+    std::array<Vector3, 3> corner = corners_of(cut.pieces, source.surface.mesh(), e);
+    for (Vector3& at : corner) at = cut.turned(at);
+    return corner;
+  };
+  exact.key = source.key;
+  exact.first_cell = part.first_cell;
+  if (use == ElementUse::places)
+    exact.max_polygons = static_cast<std::uint64_t>(
+        most_kept_polygons(static_cast<double>(cut.pieces.point.size()), static_cast<double>(part.cells)));
+  std::optional<BalancedCells> cells = exact_order(cut.pieces.point, static_cast<std::uint32_t>(part.cells),
+                                                   cut.traits(source), exact, source.cancel);
+  if (!cells) return std::nullopt;
+  return cut.with(*std::move(cells));
 }
 
-ElementCells build_cells(const MeasuredMesh& surface, const MeshMeasure& measure, const ChartSet& charts,
-                         const TriangleHints& hints, RandomKey key, const ElementParameters& parameters,
-                         const CancelToken& cancel) {
-  const ElementSource source(surface, measure.density, charts, hints.hits,
-                             sheet_groups(surface.mesh(), charts.charts, hints.sheet), ElementOrder::balanced,
-                             key);
-  return cells_from(source, nullptr, parameters.samples, parameters.samples, 0,
-                    element_limit(measure, parameters), parameters, cancel);
+}  // namespace
+
+ElementCells cells_from(const ElementSource& source, const SurfacePart& part,
+                        const ElementParameters& parameters) {
+  const ElementUse use = parameters.use;
+  const bool in_space = source.hints.hits.empty() && !source.places.any() && source.surface.in_space();
+  const CellForm form = cell_form(parameters, in_space, source.density().uniform());
+  // Polygons have weights of whole triangles, which the pieces of regions are not.
+  const bool keeps_polygons_of_region = use == ElementUse::places && part.region != nullptr;
+  if (form == CellForm::exact && part.cells == part.strata && !keeps_polygons_of_region &&
+      has_few_triangles(source, part.region, part.cells))
+    if (std::optional<ElementCells> cells = exact_cells(source, part, use)) return *std::move(cells);
+  const bool splits = form != CellForm::whole;
+  CellPieces cut(source, part, use, splits ? part.limit * split_parts : part.limit,
+                 {.vertices = use == ElementUse::vertices, .split_limit = splits ? part.limit : 0});
+  const ElementTraits traits = cut.traits(source);
+  return cut.with(balanced_order(std::move(cut.pieces.point), static_cast<std::uint32_t>(part.cells), traits,
+                                 source.cancel, part.strata));
+}
+
+ElementCells build_cells(const SurfaceContext& context, const ElementParameters& parameters) {
+  return cells_from(ElementSource(context, ElementOrder::balanced),
+                    {.limit = element_limit(context.measure, parameters),
+                     .cells = parameters.samples,
+                     .strata = parameters.samples},
+                    parameters);
+}
+
+double cell_bytes(const OrderSizes& sizes, const ElementParameters& parameters, double samples,
+                  double triangles, double per_sample) {
+  // Pieces, two arrays of items; leaves, nodes, their path and cells.
+  constexpr double bytes_per_piece = 110, bytes_per_sample = 230;
+  // Where pieces may be split: all pieces, what those that are split have beside it, and entries of cells
+  // while they grow.
+  constexpr double bytes_per_splittable_piece = 90, bytes_per_split = 70, bytes_per_entry = 30;
+  // Clipped triangles: pieces, polygons and lists of these, with room for a whole tree. Large nodes have
+  // less, but hold them twice while their halves are copied; most of the triangles may be in one of them.
+  constexpr double bytes_per_clipped_piece = 750, samples_of_copied_nodes = 4096,
+                   bytes_per_copied_piece = 430;
+  // Polygons that cells keep, with their corners; those of cells that are still cut are in vectors that grow.
+  constexpr double bytes_per_kept_polygon = 64, bytes_per_growing_polygon = 96, bytes_per_kept_cell = 72;
+  // A block of small cells has its own arrays of items, by pieces and by entries.
+  constexpr double samples_per_block = 64, bytes_per_block_item = 50;
+
+  const double count = elements_at_most(sizes, samples, triangles, per_sample);
+  const CellForm form = cell_form(parameters, sizes.in_space, sizes.uniform);
+  if (form == CellForm::whole) return count * bytes_per_piece + samples * bytes_per_sample;
+  // Whether cells are cut exactly is known once the areas are, and where polygons are kept, their number.
+  // Triangles may be fewer than estimated, and then be clipped.
+  double exact = 0;
+  if (form == CellForm::exact) {
+    const double clipped = std::min(triangles, most_clipped_triangles(samples, sizes.in_regions));
+    exact = clipped *
+                (bytes_per_clipped_piece + (samples < samples_of_copied_nodes ? 0 : bytes_per_copied_piece)) +
+            samples * bytes_per_sample;
+    if (parameters.use == ElementUse::places) {
+      const double growing = std::min(1.0, sizes.threads * samples_of_copied_nodes / samples);
+      exact += most_kept_polygons(clipped, samples) *
+                   (bytes_per_kept_polygon + growing * bytes_per_growing_polygon) +
+               samples * bytes_per_kept_cell;
+    } else if (triangles <= most_typical_triangles * samples) {
+      return exact;
+    }
+  }
+  const double pieces = triangles + (count - triangles) / split_parts;
+  // No more pieces than this weigh more than a part may.
+  const double splits = per_sample > 0 ? std::min(pieces, per_sample * samples) : pieces;
+  const double in_blocks = std::min(1.0, sizes.threads * samples_per_block / samples);
+  // Nearly all triangles may be in one block: those of a scan beside a few large ones, as its floor. Both
+  // sizes of blocks then hold them, in part where the mesh was prepared.
+  const double in_one_block =
+      per_sample > 0 ? std::max(0.0, 2 * sizes.triangles * bytes_per_block_item - sizes.freed_bytes) : 0;
+  return std::max(exact, pieces * bytes_per_splittable_piece + splits * bytes_per_split +
+                             count * bytes_per_entry + in_blocks * (pieces + count) * bytes_per_block_item +
+                             samples * bytes_per_sample + in_one_block);
 }
 
 }  // namespace meander

@@ -1,4 +1,4 @@
-// Curve elements in the cells of balanced bisection (docs/METHODS.md 6.5).
+// Elements in the cells of the balanced order, a k-d tree of equal masses (docs/METHODS.md 6.5).
 #pragma once
 
 #include <algorithm>
@@ -8,8 +8,6 @@
 #include <span>
 #include <vector>
 
-#include "kernels/core/cancel.h"
-#include "kernels/core/random.h"
 #include "kernels/partition/balanced_order.h"
 #include "kernels/partition/elements.h"
 
@@ -19,7 +17,7 @@ namespace meander {
 struct ElementCells {
   BalancedCells cells;
   std::vector<std::uint32_t> triangle, path;  // E; the path of a part continues that of its piece
-  std::vector<float> vertex;  // 2 E, as in CurveElements; only filled when `vertex placement` is asked for
+  std::vector<float> vertex;                  // 2 E, as in CurveElements, or empty
   std::size_t count() const { return cells.cell.size(); }
   std::uint32_t path_of(const CellEntry& entry) const;
   // Whether entries are polygons, which are clipped out of pieces.
@@ -28,22 +26,28 @@ struct ElementCells {
 
 // Parts that pieces are split into at most.
 inline constexpr double split_parts = 4;
-// Whether pieces are split: in space, of uniform density, without curve vertices, and unless pieces would be
-// larger than two thirds of a sample's share.
-constexpr bool splits_pieces(const ElementParameters& parameters, bool in_space, bool uniform) {
-  return in_space && uniform && !parameters.keep_vertices &&
-         parameters.elements_per_sample >= 1.5 * split_parts;
+
+// What the entries of cells are.
+enum class CellForm : std::uint8_t {
+  whole,  // pieces, and where a cut divides one, shares of its mass
+  split,  // the same with the parts that pieces are split into
+  exact   // as split; where triangles are few, polygons that are clipped out of them
+};
+// Whether pieces of elements that are used so may be split: in space, under a uniform density.
+constexpr bool may_split(ElementUse use, bool in_space, bool uniform) {
+  return in_space && uniform && use != ElementUse::vertices;
+}
+// Pieces that would be larger than two thirds of a sample's share stay whole.
+constexpr CellForm cell_form(const ElementParameters& parameters, bool in_space, bool uniform) {
+  if (!may_split(parameters.use, in_space, uniform) || parameters.elements_per_sample < 1.5 * split_parts)
+    return CellForm::whole;
+  return parameters.use == ElementUse::positions ? CellForm::split : CellForm::exact;
 }
 
-// Whether cells are cut exactly where triangles are few: pieces are as above, and samples form a net or are
-// spaced.
-constexpr bool cuts_exactly(const ElementParameters& parameters, bool in_space, bool uniform) {
-  return (parameters.net_points != parameters.keep_polygons) && splits_pieces(parameters, in_space, uniform);
-}
 // Cells are cut exactly where that costs about what elements do (bench/README.md, "Exact cells"). A cell's
 // clips grow with the root of the number of triangles that it holds. A point in a triangle of mass m shares
 // its cell with W / (n m) triangles of that size; the mean of the root of this over the mass, squared, must
-// be at most the first of these. It is (sum of sqrt(m))^2 / (W n): the number of triangles a sample where
+// be at most most_typical_triangles. It is (sum of sqrt(m))^2 / (W n): the number of triangles a sample where
 // these are alike, less where most of the mass lies in a few. And as each triangle has a place in the tree
 // and takes memory, however small it is, there may not be more than so many a sample, and so many in all.
 inline constexpr double most_typical_triangles = 4, most_clipped_per_sample = 16, most_clipped = 1 << 18;
@@ -61,16 +65,17 @@ inline double most_kept_polygons(double triangles, double samples) {
   return std::min(4 * side * side, triangles + 32 * samples);
 }
 
-// Bisects every triangle of positive mass as build_elements does, and puts the pieces in the order of
-// balanced bisection by their centroids: chart by chart and sheet by sheet, or in space where `charts` is
-// empty. The cells are parameters.samples. Pieces of uniform density in space are four times as heavy as
-// elements may be, and split in small cells only; where triangles are few they are whole, and the cells are
-// points of a net, or keep polygons unless these are too many. The masses of a triangle's entries, if there
-// are any, sum to its exact mass. O(E log E); 80 bytes a piece, 70 more for one that is split, and 230 a
-// sample, and where some are split 24 an entry, at the peak. Throws ItemError(zero_density) when the total is
-// zero, ItemError(too_large) for more than 2^29 pieces. Deterministic for every thread count.
-ElementCells build_cells(const MeasuredMesh& surface, const MeshMeasure& measure, const ChartSet& charts,
-                         const TriangleHints& hints, RandomKey key, const ElementParameters& parameters,
-                         const CancelToken& cancel = {});
+// Bisects every triangle of positive mass as build_elements does, and puts the pieces in the balanced order
+// by their centroids: chart by chart and sheet by sheet, or in space where there are no charts. There are
+// parameters.samples cells. Split pieces are four times as heavy as elements may be; cell_form says what
+// entries are. The masses of a triangle's entries, if there are any, sum to its exact mass. O(E log E).
+// Throws ItemError(zero_density) when the total is zero, ItemError(too_large) for more than 2^29 pieces.
+// Deterministic for every thread count.
+ElementCells build_cells(const SurfaceContext& context, const ElementParameters& parameters);
+
+// Upper bound of the bytes of cells and of what they are made of: for that many samples, with that many
+// elements a sample or, where it is 0, none beside the triangles.
+double cell_bytes(const OrderSizes& sizes, const ElementParameters& parameters, double samples,
+                  double triangles, double per_sample);
 
 }  // namespace meander

@@ -27,15 +27,13 @@ std::vector<float> triangle_normals(const PreparedMesh& mesh) {
 
 }  // namespace
 
-ElementSource::ElementSource(const MeasuredMesh& measured, const Density& of_density, const ChartSet& charts,
-                             std::span<const std::uint32_t> ray_hits, std::vector<std::uint32_t> sheet_group,
-                             ElementOrder order, RandomKey random_key)
-    : surface(measured),
-      density(of_density),
-      places(surface.mesh(), charts),
-      hits(ray_hits),
-      group(std::move(sheet_group)),
-      key(random_key) {
+ElementSource::ElementSource(const SurfaceContext& context, ElementOrder order)
+    : ElementSource(context, order,
+                    sheet_groups(context.surface.mesh(), context.charts.charts, context.hints.sheet)) {}
+
+ElementSource::ElementSource(const SurfaceContext& context, ElementOrder order,
+                             std::vector<std::uint32_t> sheet_group)
+    : SurfaceContext(context), places(surface.mesh(), charts), group(std::move(sheet_group)) {
   if (order == ElementOrder::balanced && charts.empty()) normal = triangle_normals(surface.mesh());
 }
 

@@ -22,47 +22,51 @@ struct SurfaceRegion {
   double mass = 0;                    // of all pieces
 };
 
-// The same for all regions of a surface. Mesh, density, charts and hits must outlive it.
-struct ElementSource {
-  MeasuredMesh surface;
-  const Density& density;
+// A surface with what all its regions share. A view, as its context.
+struct ElementSource : SurfaceContext {
   ChartPlaces places;
-  std::span<const std::uint32_t> hits;  // TriangleHints::hits; regions take no notice of them
-  std::vector<std::uint32_t> group;     // sheet_groups
-  std::vector<float> normal;            // 3 T, unit, for the balanced order in space; else empty
-  RandomKey key;
+  std::vector<std::uint32_t> group;  // sheet_groups
+  std::vector<float> normal;         // 3 T, unit, for the balanced order in space; else empty
 
   // O(T) where there are charts or normals.
-  ElementSource(const MeasuredMesh& measured, const Density& of_density, const ChartSet& charts,
-                std::span<const std::uint32_t> ray_hits, std::vector<std::uint32_t> sheet_group,
-                ElementOrder order, RandomKey random_key);
+  ElementSource(const SurfaceContext& context, ElementOrder order);
+  // The same with groups that are known.
+  ElementSource(const SurfaceContext& context, ElementOrder order, std::vector<std::uint32_t> sheet_group);
+
+  const Density& density() const { return measure.density; }
 };
 
-// The pieces of the whole surface (see cut_all), or those that a region's pieces are cut into.
+// What is put in order at a time: the whole surface, or a region of it.
+struct SurfacePart {
+  const SurfaceRegion* region = nullptr;  // null: the whole surface
+  double limit = 0;                       // the largest mass of an element, or of a part of a wide piece
+  // The cells of the part, which hold that many equal shares of its mass, each a whole number of them; and
+  // the number of the first cell among those of the surface.
+  std::uint64_t cells = 0, strata = 0, first_cell = 0;
+};
+
+// The pieces of the whole surface (see cut_all), or those that a region's pieces are cut into. Regions ignore
+// the hits of rays.
 template <class Make>
-auto cut_source(const ElementSource& source, const SurfaceRegion* region, double limit, const Make& make,
-                const CancelToken& cancel) {
-  if (region == nullptr) return cut_all(source.surface, source.density, source.hits, limit, make, cancel);
+auto cut_source(const ElementSource& source, const SurfacePart& part, double limit, const Make& make) {
+  if (part.region == nullptr)
+    return cut_all(source.surface, source.density(), source.hints.hits, limit, make, source.cancel);
   auto record = make();
-  record.reserve(region->expected_elements, region->mass);
-  PieceCutter cutter(source.surface, source.density, {}, limit, record);
-  for (std::size_t i = 0; i < region->piece.size(); ++i) {
-    if (i % sum_block == 0) cancel.check();
-    cutter.cut(region->piece[i]);
+  record.reserve(part.region->expected_elements, part.region->mass);
+  PieceCutter cutter(source.surface, source.density(), {}, limit, record);
+  for (std::size_t i = 0; i < part.region->piece.size(); ++i) {
+    if (i % sum_block == 0) source.cancel.check();
+    cutter.cut(part.region->piece[i]);
   }
   return record;
 }
 
 struct ElementCells;
 
-// The elements or cells of a region, or of the whole surface (null): what build_elements and build_cells
-// return, of pieces of at most `limit` or, of a region, of wide pieces as wholes. `cells` cells hold `strata`
-// equal shares of the mass between them, each a whole number; the first of them is number `first_cell` of
-// all. Throw what these throw.
-CurveElements elements_from(const ElementSource& source, const SurfaceRegion* region, double limit,
-                            const ElementParameters& parameters, const CancelToken& cancel = {});
-ElementCells cells_from(const ElementSource& source, const SurfaceRegion* region, std::uint64_t cells,
-                        std::uint64_t strata, std::uint64_t first_cell, double limit,
-                        const ElementParameters& parameters, const CancelToken& cancel = {});
+// The elements or cells of a part. Throw what build_elements and build_cells throw.
+CurveElements elements_from(const ElementSource& source, const SurfacePart& part,
+                            const ElementParameters& parameters);
+ElementCells cells_from(const ElementSource& source, const SurfacePart& part,
+                        const ElementParameters& parameters);
 
 }  // namespace meander

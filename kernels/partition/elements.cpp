@@ -48,7 +48,7 @@ class KeyedPieces {
     std::array<double, 3> u, v;
     const bool in_chart = places_->find(t, u, v);
     // In 3-D order no sample is ever placed at the point of the key, and the centroid is the steadier one.
-    const auto [b1, b2] = in_chart || parameters_->keep_vertices
+    const auto [b1, b2] = in_chart || parameters_->use == ElementUse::vertices
                               ? random_point(piece.weights, t, piece.path, key_)
                               : centroid(piece.weights);
     const double b0 = 1 - b1 - b2;
@@ -185,16 +185,14 @@ CurveElements in_space_order(PlacedPieces pieces, const SpaceOrder& order) {
 }
 
 // Pieces along the 3-D Hilbert curve.
-CurveElements along_space_curve(const ElementSource& source, double limit,
-                                const ElementParameters& parameters, const CancelToken& cancel) {
-  PlacedPieces pieces = cut_source(
-      source, nullptr, limit,
-      [&] {
-        return PlacedPieces(source.places, source.key, KeptOfPieces{.vertices = parameters.keep_vertices});
-      },
-      cancel);
+CurveElements along_space_curve(const ElementSource& source, const SurfacePart& part,
+                                const ElementParameters& parameters) {
+  PlacedPieces pieces = cut_source(source, part, part.limit, [&] {
+    return PlacedPieces(source.places, source.key,
+                        KeptOfPieces{.vertices = parameters.use == ElementUse::vertices});
+  });
   check_count(pieces.size(), most_curve_elements);
-  cancel.check();
+  source.cancel.check();
   const SpaceOrder order = space_order(pieces.point, false);
   return in_space_order(std::move(pieces), order);
 }
@@ -220,16 +218,16 @@ bool lie_on_each_other(const std::vector<MassPoint>& points, const SpaceOrder& o
 
 // The same for a region. Wide pieces are elements as wholes, unless they lie on each other: there the curve
 // passes through all sheets at once.
-CurveElements along_region(const ElementSource& source, const SurfaceRegion& region, double limit,
-                           const ElementParameters& parameters, const CancelToken& cancel) {
+CurveElements along_region(const ElementSource& source, const SurfacePart& part,
+                           const ElementParameters& parameters) {
   const auto cut = [&](double stratum) {
-    const KeptOfPieces kept{.vertices = parameters.keep_vertices, .stratum = stratum};
-    PlacedPieces pieces = cut_source(
-        source, &region, limit, [&] { return PlacedPieces(source.places, source.key, kept); }, cancel);
-    cancel.check();
+    const KeptOfPieces kept{.vertices = parameters.use == ElementUse::vertices, .stratum = stratum};
+    PlacedPieces pieces =
+        cut_source(source, part, part.limit, [&] { return PlacedPieces(source.places, source.key, kept); });
+    source.cancel.check();
     return pieces;
   };
-  PlacedPieces pieces = cut(limit * parameters.elements_per_sample);
+  PlacedPieces pieces = cut(part.limit * parameters.elements_per_sample);
   SpaceOrder order = space_order(pieces.point, true);
   if (pieces.wide > 0 && lie_on_each_other(pieces.point, order)) {
     pieces = cut(0);
@@ -243,7 +241,7 @@ CurveElements along_region(const ElementSource& source, const SurfaceRegion& reg
   }
   CurveElements elements = in_space_order(std::move(pieces), order);
   elements.place = std::move(place);
-  elements.limit = limit;
+  elements.limit = part.limit;
   return elements;
 }
 
@@ -261,25 +259,22 @@ void check_count(std::size_t elements, std::size_t most) {
                                            std::to_string(std::countr_zero(most)) + " that can be numbered");
 }
 
-CurveElements elements_from(const ElementSource& source, const SurfaceRegion* region, double limit,
-                            const ElementParameters& parameters, const CancelToken& cancel) {
+CurveElements elements_from(const ElementSource& source, const SurfacePart& part,
+                            const ElementParameters& parameters) {
   if (!source.places.any())
-    return region == nullptr ? along_space_curve(source, limit, parameters, cancel)
-                             : along_region(source, *region, limit, parameters, cancel);
-  const KeyedPieces pieces = cut_source(
-      source, region, limit, [&] { return KeyedPieces(source.places, source.group, source.key, parameters); },
-      cancel);
+    return part.region == nullptr ? along_space_curve(source, part, parameters)
+                                  : along_region(source, part, parameters);
+  const KeyedPieces pieces = cut_source(source, part, part.limit, [&] {
+    return KeyedPieces(source.places, source.group, source.key, parameters);
+  });
   check_count(pieces.elements.size(), most_curve_elements);
-  cancel.check();
-  return along_curve(source.surface.mesh(), pieces.elements, parameters.keep_vertices);
+  source.cancel.check();
+  return along_curve(source.surface.mesh(), pieces.elements, parameters.use == ElementUse::vertices);
 }
 
-CurveElements build_elements(const MeasuredMesh& surface, const MeshMeasure& measure, const ChartSet& charts,
-                             const TriangleHints& hints, RandomKey key, const ElementParameters& parameters,
-                             const CancelToken& cancel) {
-  const ElementSource source(surface, measure.density, charts, hints.hits,
-                             sheet_groups(surface.mesh(), charts.charts, hints.sheet), parameters.order, key);
-  return elements_from(source, nullptr, element_limit(measure, parameters), parameters, cancel);
+CurveElements build_elements(const SurfaceContext& context, const ElementParameters& parameters) {
+  return elements_from(ElementSource(context, parameters.order),
+                       {.limit = element_limit(context.measure, parameters)}, parameters);
 }
 
 }  // namespace meander

@@ -33,13 +33,13 @@ struct ExactNode {
 class ExactBisection {
  public:
   ExactBisection(std::span<const MassPoint> elements, double total, std::uint32_t n,
-                 const ElementTraits& traits, const CancelToken& cancel)
+                 const ElementTraits& traits, const ExactTriangles& exact, const CancelToken& cancel)
       : traits_(traits),
-        net_(*traits.exact),
-        shift_(digital_shift(net_.key)),
+        exact_(exact),
+        shift_(digital_shift(exact.key)),
         cancel_(cancel),
         cells_{CutTree(n), std::vector<CutHistory>(n), {}, {}, {}, {}} {
-    if (net_.keep_polygons) {
+    if (keeps_polygons()) {
       cells_.entries.resize(n);
       cells_.block.resize(n);
       cells_.polygon.resize(n);
@@ -54,7 +54,7 @@ class ExactBisection {
     double mass = 0;
     for (std::uint32_t e = 0; e < elements.size(); ++e) {
       const double share = 0x1p-61 * units.of(elements[e].mass);
-      pieces.add(net_.corners(e), share, e);
+      pieces.add(exact_.corners(e), share, e);
       mass += share;
     }
     cell_mass_ = mass / n;
@@ -70,6 +70,8 @@ class ExactBisection {
   }
 
  private:
+  bool keeps_polygons() const { return exact_.max_polygons > 0; }
+
   // `block`: that of the entries of cells below.
   void cut(const ExactNode& node, ClippedPieces& pieces, SheetScratch& sheets, std::uint32_t block) {
     if (is_abandoned_.load(std::memory_order_relaxed)) return;
@@ -77,7 +79,7 @@ class ExactBisection {
     if (node.leaves == 1) {
       cells_.tree.centre[node.number] = pieces.centre(extent);
       cells_.history[node.first] = node.history;
-      if (net_.keep_polygons)
+      if (keeps_polygons())
         keep_entries(node, pieces, block);
       else
         cells_.point[node.first] = net_point(node, extent, pieces);
@@ -181,12 +183,12 @@ class ExactBisection {
     });
     const std::size_t count = entries.size() - first;
     cells_.entries[leaf.first] = {block, static_cast<std::uint32_t>(count), first};
-    if (count == 0 || kept_.fetch_add(count) + count > net_.most_polygons) is_abandoned_ = true;
+    if (count == 0 || kept_.fetch_add(count) + count > exact_.max_polygons) is_abandoned_ = true;
   }
 
   // No more is added to it: vectors that have grown may be twice as long as what they hold.
   void close_block(std::uint32_t block) {
-    if (!net_.keep_polygons) return;
+    if (!keeps_polygons()) return;
     cells_.block[block].shrink_to_fit();
     cells_.polygon[block].end.shrink_to_fit();
     cells_.polygon[block].corner.shrink_to_fit();
@@ -194,7 +196,7 @@ class ExactBisection {
 
   CellPoint net_point(const ExactNode& leaf, const ClippedPieces::Extent& extent,
                       ClippedPieces& pieces) const {
-    const PhiloxBlock words = random_words(net_.key, Stream::sequence, net_.first_cell + leaf.first);
+    const PhiloxBlock words = random_words(exact_.key, Stream::sequence, exact_.first_cell + leaf.first);
     const auto share = [&](std::size_t across, std::uint32_t rest) {
       return CellDigits(leaf.history, shift_, across).share(unit_double(rest, 0));
     };
@@ -203,7 +205,7 @@ class ExactBisection {
   }
 
   const ElementTraits& traits_;
-  const ExactTriangles& net_;
+  const ExactTriangles& exact_;
   DigitalShift shift_;
   const CancelToken& cancel_;
   double cell_mass_ = 0;
@@ -215,8 +217,9 @@ class ExactBisection {
 }  // namespace
 
 std::optional<ExactCells> cut_exactly(std::span<const MassPoint> elements, double total, std::uint32_t n,
-                                      const ElementTraits& traits, const CancelToken& cancel) {
-  return ExactBisection(elements, total, n, traits, cancel).cells();
+                                      const ElementTraits& traits, const ExactTriangles& exact,
+                                      const CancelToken& cancel) {
+  return ExactBisection(elements, total, n, traits, exact, cancel).cells();
 }
 
 }  // namespace meander

@@ -30,12 +30,11 @@ struct ExactCells {
   std::vector<CellPolygons> polygon;          // likewise
 };
 
-// Cuts triangles of even mass (traits.exact) into n cells, and gives each its point of the net, or keeps its
-// polygons. None where there are more than may be kept. `traits` has neither splits nor groups; `total` > 0
-// is the sum of the masses. Pure, the same for every thread count. About 80 ns a clip, of which a cell takes
-// 2 (large triangles) to 9 (6 triangles a cell); 750 bytes an element, 1,200 from 4,096 cells
-// on, and 64 a kept polygon.
+// Cuts triangles of even mass into n cells, and gives each its point of the net, or its polygons
+// (exact_order). Returns nullopt where there are more than max_polygons. `traits` has neither splits nor
+// groups; `total` > 0 is the sum of the masses. Pure; the same for every thread count. O(E log n + n) clips.
 std::optional<ExactCells> cut_exactly(std::span<const MassPoint> elements, double total, std::uint32_t n,
-                                      const ElementTraits& traits, const CancelToken& cancel);
+                                      const ElementTraits& traits, const ExactTriangles& exact,
+                                      const CancelToken& cancel);
 
 }  // namespace meander

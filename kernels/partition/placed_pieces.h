@@ -209,9 +209,4 @@ class PlacedPieces {
   std::size_t most_splits_ = 0;
 };
 
-// The most that an element may weigh. Throws ItemError(zero_density) when the total mass is zero.
-double element_limit(const MeshMeasure& measure, const ElementParameters& parameters);
-// Throws ItemError(too_large) for more elements than that.
-void check_count(std::size_t elements, std::size_t most);
-
 }  // namespace meander

@@ -35,20 +35,26 @@ struct SurfaceRegions {
   std::uint64_t strata(std::size_t r) const { return first_stratum[r + 1] - first_stratum[r]; }
 };
 
-// Cuts the surface into coarse pieces and puts these in the order that the elements shall have. `sheet`:
-// TriangleHints::sheet; the hits do not matter, as elements of large sets are small beside the leaves of the
-// curve. Masses below 2^-53 of the total may be lost. O(E log E) for E = T + N / 16 pieces; 200 bytes a piece
-// at the peak. Throws what build_elements and build_cells throw. Deterministic for every thread count.
-SurfaceRegions build_regions(const MeasuredMesh& surface, const MeshMeasure& measure, const ChartSet& charts,
-                             std::span<const std::uint8_t> sheet, RandomKey key,
-                             const ElementParameters& parameters, const CancelToken& cancel = {});
+// Cuts the surface into coarse pieces and puts these in the order that the elements will have. Ignores the
+// hits of rays, as elements of large sets are small beside the leaves of the curve. Masses below 2^-53 of the
+// total may be lost. O(E log E) for E = T + N / 16 pieces. Throws what build_elements and build_cells throw.
+// Deterministic for every thread count.
+SurfaceRegions build_regions(const SurfaceContext& context, const ElementParameters& parameters);
 
-// The elements of one of them, in the order of a curve, of uniform density in space with wide pieces as
-// wholes (CurveElements::place); or its cells, one a stratum. Pure: regions may be asked for in any order, by
-// any thread. O(E log E) for its own E elements.
-CurveElements region_elements(const SurfaceRegions& regions, const ElementSource& source, std::size_t region,
-                              const CancelToken& cancel = {});
-ElementCells region_cells(const SurfaceRegions& regions, const ElementSource& source, std::size_t region,
-                          const CancelToken& cancel = {});
+// The elements of a region along a curve, under a uniform density in space with wide pieces undivided
+// (CurveElements::place); or its cells, one a stratum. Pure: any thread may ask for regions in any order.
+// O(E log E) for the E elements of the region.
+CurveElements region_elements(const SurfaceRegions& regions, const ElementSource& source, std::size_t region);
+ElementCells region_cells(const SurfaceRegions& regions, const ElementSource& source, std::size_t region);
+
+// The surface in order, region by region for large sets. Throws what build_elements and build_cells throw.
+SurfaceOrder build_order(const SurfaceContext& context, const ElementParameters& parameters, bool in_regions);
+
+// Upper bounds of the bytes of elements, cells or regions.
+struct OrderBytes {
+  double building = 0;  // while they are made
+  double placing = 0;   // while samples are placed by them, without the samples
+};
+OrderBytes order_bytes(const OrderSizes& sizes, const ElementParameters& parameters);
 
 }  // namespace meander

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "kernels/core/cancel.h"
-#include "kernels/rays/embree_locator.h"
+#include "kernels/rays/embree_device.h"
 
 namespace meander {
 

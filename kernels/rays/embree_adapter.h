@@ -11,7 +11,7 @@
 #include <mutex>
 #include <string>
 
-#include "kernels/rays/embree_locator.h"
+#include "kernels/rays/embree_device.h"
 
 namespace meander {
 

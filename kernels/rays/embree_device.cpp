@@ -1,3 +1,5 @@
+#include "kernels/rays/embree_device.h"
+
 #include <stdexcept>
 
 #include "kernels/core/instruction_set.h"

@@ -3,34 +3,17 @@
 #pragma once
 
 #include <cstdint>
-#include <memory>
 #include <span>
 #include <vector>
 
 #include "kernels/core/cancel.h"
 #include "kernels/core/random.h"
 #include "kernels/curve/curve_tree.h"
-#include "kernels/density/density.h"
 #include "kernels/flatten/flatten_chart.h"
 #include "kernels/mesh/prepared_mesh.h"
-#include "kernels/partition/elements.h"
+#include "kernels/rays/embree_device.h"
 
 namespace meander {
-
-// One Embree device for the process, with a fixed instruction set and no thread settings of its own.
-// Thread-safe. Errors of Embree become exceptions: ItemError(out_of_memory) or std::logic_error.
-class EmbreeDevice {
- public:
-  EmbreeDevice();
-  ~EmbreeDevice();
-  EmbreeDevice(const EmbreeDevice&) = delete;
-  EmbreeDevice& operator=(const EmbreeDevice&) = delete;
-  struct Handle;
-  Handle& handle() const { return *handle_; }
-
- private:
-  std::unique_ptr<Handle> handle_;
-};
 
 struct LocateParameters {
   std::uint64_t samples = 2048;
@@ -71,16 +54,7 @@ Located locate_with_embree(const EmbreeDevice& device, const PreparedMesh& mesh,
                            std::vector<CurveTree>& trees, RandomKey key, const LocateParameters& parameters,
                            const CancelToken& cancel = {});
 
-// The survey's own locator, for comparison: the first triangle (the one of lowest number) under each leaf
-// centre. The leaf's share of the surface is its UV area times the local area factor, which comes from the
-// mixed areas (Meyer et al. 2003) of the mesh vertices, times the density there. Leaves are split while that
-// is more than total / (kappa N). Area is lost where rays miss: at the chart's border, and on every sheet but
-// the first. Components without a tree, or whose rays met nothing, keep whole triangles with their exact
-// masses, in 3-D Hilbert order. Elements are whole leaves, so CurveElements::vertex is filled and path names
-// the whole triangle (1). Throws ItemError(zero_density) when the total is zero.
-CurveElements locate_first_hit(const EmbreeDevice& device, const PreparedMesh& mesh,
-                               const MeshMeasure& measure, std::span<const FlatChart> charts,
-                               std::vector<CurveTree>& trees, const LocateParameters& parameters,
-                               const CancelToken& cancel = {});
+// Upper bound of the bytes of either locator and its curves, beside the charts.
+double locate_bytes(const LocateParameters& parameters, double triangles);
 
 }  // namespace meander

@@ -7,6 +7,8 @@
 // a mesh vertex without one loses its area, and leaves of unequal size get equal shares). It is exact where
 // the chart is a similarity, and near where it is conformal, since angles decide how a triangle is shared
 // out.
+#include "kernels/rays/first_hit.h"
+
 #include <algorithm>
 #include <array>
 #include <string>
@@ -17,7 +19,6 @@
 #include "kernels/density/pieces.h"
 #include "kernels/flatten/chart_geometry.h"
 #include "kernels/rays/chart_scene.h"
-#include "kernels/rays/embree_locator.h"
 #include "kernels/rays/ray_plan.h"
 #include "kernels/rays/refine_by_rays.h"
 

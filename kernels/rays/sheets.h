@@ -16,9 +16,13 @@ struct Conflict {
   auto operator<=>(const Conflict&) const = default;
 };
 
-// More of them say no more about a chart that covers itself all over. With what separate_sheets makes of
-// them they take 128 bytes a triangle and 2 MiB.
+// More of them say no more about a chart that covers itself all over.
 constexpr std::size_t most_conflicts(std::size_t triangles) { return (std::size_t{1} << 17) + 8 * triangles; }
+// Upper bound of their bytes, with what separate_sheets makes of them.
+constexpr double conflict_bytes(double triangles) {
+  constexpr double bytes_per_triangle = 128, bytes_of_few = 2.0 * 1024 * 1024;
+  return triangles * bytes_per_triangle + bytes_of_few;
+}
 
 // The different conflicts among those that are added, which are mostly the same ones again and again.
 class ConflictSet {

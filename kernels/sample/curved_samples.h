@@ -44,4 +44,10 @@ std::vector<double> lift_samples(std::span<const double> x, std::span<const doub
                                  std::span<const float> barycentric,
                                  const CurvedSampleParameters& parameters = {});
 
+// Upper bound of the bytes of crease normals, their edges and sums.
+constexpr double lift_bytes(double triangles) {
+  constexpr double bytes_per_triangle = 270;
+  return triangles * bytes_per_triangle;
+}
+
 }  // namespace meander

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <concepts>
 #include <numeric>
 
 #include "kernels/core/parallel.h"
-#include "kernels/partition/element_cells.h"
 #include "kernels/sample/cell_net.h"
 #include "kernels/sample/mesh_strata.h"
 #include "kernels/sample/placed_sites.h"
@@ -81,14 +81,14 @@ void set_point(const Placer& placer, std::size_t rank, std::vector<float>& point
 
 // Draws again what coincides with a sample of lower rank. counter: of the draw after the first, by rank.
 Redrawn redraw_repeated(const Placer& placer, SampleSites& sites, std::span<const std::uint8_t> counter,
-                        std::vector<float>& points, const CancelToken& cancel) {
+                        std::vector<float>& points) {
   const auto count = static_cast<std::uint32_t>(sites.count());
   const bool at_vertices = placer.parameters.place == PlaceKind::vertex;
   Redrawn redrawn;
   SeenPoints seen(count);
   RedrawLimit limit(max_redraws);
   for (std::uint32_t rank = 0; rank < count; ++rank) {
-    if (rank % sum_block == 0) cancel.check();
+    if (rank % sum_block == 0) placer.cancel.check();
     if (seen.insert(points, rank)) continue;
     if (placer.frame_follows()) redrawn.first.emplace_back(rank, sites.site[rank]);
     const Piece piece = placer.redraw_piece(rank);
@@ -112,12 +112,20 @@ Redrawn redraw_repeated(const Placer& placer, SampleSites& sites, std::span<cons
   return redrawn;
 }
 
-// Draws the samples at their sites; their points by curve rank: duplicates must be found in one fixed order.
-// chosen: points by rank, if they are not to be drawn.
-RankedPoints place_by_rank(const Placer& placer, SampleSites& sites, std::span<const StratumPoint> chosen,
-                           RepairCounts& repairs, const CancelToken& cancel) {
+// Sites of samples, and what else is known of the samples.
+struct ChosenSites {
+  SampleSites sites;
+  std::vector<std::uint32_t> rank_of_index = {};  // the order in the file, if the sequence has one of its own
+  std::vector<StratumPoint> point = {};           // by rank, if none are to be drawn
+  const BalancedCells* net = nullptr;             // cells whose samples form a net
+};
+
+// Draws the samples at their sites. The points are by curve rank: duplicates must be found in one fixed
+// order.
+RankedPoints place_by_rank(const Placer& placer, ChosenSites& chosen, RepairCounts& repairs) {
   const std::uint32_t count = placer.parameters.samples;
   const bool at_vertices = placer.parameters.place == PlaceKind::vertex;
+  SampleSites& sites = chosen.sites;
   std::vector<float> points(3 * std::size_t{count});
   const auto set = [&](std::size_t rank, double b1, double b2) {
     sites.set_point(rank, {b1, b2});
@@ -125,11 +133,11 @@ RankedPoints place_by_rank(const Placer& placer, SampleSites& sites, std::span<c
   };
   std::vector<std::uint8_t> counter(count, 0);  // of the next draw: at most 2 max_draws
   parallel_blocks(count, sum_block, [&](std::size_t begin, std::size_t end) {
-    cancel.check();
+    placer.cancel.check();
     PieceWalk walk(placer.surface);
     for (std::size_t r = begin; r < end; ++r) {
-      if (!chosen.empty()) {
-        set(r, chosen[r].first, chosen[r].second);
+      if (!chosen.point.empty()) {
+        set(r, chosen.point[r].first, chosen.point[r].second);
         continue;
       }
       if (at_vertices) {
@@ -144,35 +152,33 @@ RankedPoints place_by_rank(const Placer& placer, SampleSites& sites, std::span<c
   const OutputFrame frame = draw_in_frame(placer, sites, repairs, [&](const Placer& framed) {
     if (framed.frame_follows())
       parallel_blocks(count, sum_block, [&](std::size_t begin, std::size_t end) {
-        cancel.check();
+        placer.cancel.check();
         for (std::size_t r = begin; r < end; ++r) set_point(framed, r, points);
       });
-    return redraw_repeated(framed, sites, counter, points, cancel);
+    return redraw_repeated(framed, sites, counter, points);
   });
   return {std::move(points), frame};
 }
 
-// rank_of_index: order in the file, if the sequence has one of its own; net: cells whose samples form one, or
-// null.
-Samples place(const Placer& placer, SampleSites& sites, std::vector<std::uint32_t> rank_of_index,
-              const BalancedCells* net, std::span<const StratumPoint> chosen, OutputFrame& frame,
-              RepairCounts& repairs, const CancelToken& cancel) {
-  const PlaceParameters& parameters = placer.parameters;
-  const std::uint32_t count = parameters.samples;
-  cancel.check();
-  const RankedPoints placed = place_by_rank(placer, sites, chosen, repairs, cancel);
-  cancel.check();
+Samples place(const PlaceContext& context, ChosenSites chosen, OutputFrame& frame, RepairCounts& repairs) {
+  const std::uint32_t count = context.parameters.samples;
+  const Placer placer{context, chosen.sites, frame};
+  context.cancel.check();
+  const RankedPoints placed = place_by_rank(placer, chosen, repairs);
+  context.cancel.check();
 
   std::vector<std::uint32_t> order;
-  if (parameters.order == OrderKind::curve) {
+  if (context.parameters.order == OrderKind::curve) {
     order.resize(count);
     std::iota(order.begin(), order.end(), 0u);
-  } else if (net != nullptr) {
-    order = cell_net_order(*net, placer.key, [&](std::uint32_t rank) { return placer.place_in_mesh(rank); });
+  } else if (chosen.net != nullptr) {
+    order = cell_net_order(*chosen.net, context.key,
+                           [&](std::uint32_t rank) { return placer.place_in_mesh(rank); });
   } else {
-    order = rank_of_index.empty() ? progressive_order(count, placer.key) : std::move(rank_of_index);
+    order = chosen.rank_of_index.empty() ? progressive_order(count, context.key)
+                                         : std::move(chosen.rank_of_index);
   }
-  repairs[Repair::bad_normals] += count_bad_normals(placer.file);
+  repairs[Repair::bad_normals] += count_bad_normals(context.file);
   Samples samples = room_for_samples(count);
   parallel_blocks(count, sum_block, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
@@ -185,66 +191,76 @@ Samples place(const Placer& placer, SampleSites& sites, std::vector<std::uint32_
   return samples;
 }
 
-CurveStrata strata_of(const CurveElements& elements, const MeasuredMesh& surface, const Density& density,
-                      RandomKey key, const PlaceParameters& parameters, const MetricAt& metric) {
-  return {elements, parameters.samples, surface, density, key, metric};
+CurveStrata strata_of(const CurveElements& elements, const PlaceContext& context) {
+  return {elements,      context.parameters.samples, context.surface, context.measure.density, context.key,
+          context.metric};
 }
-CellStrata strata_of(const ElementCells& cells, const MeasuredMesh& surface, const Density& density,
-                     RandomKey key, const PlaceParameters&, const MetricAt& metric) {
-  return {cells, surface, density, key, metric};
+CellStrata strata_of(const ElementCells& cells, const PlaceContext& context) {
+  return {cells, context.surface, context.measure.density, context.key, context.metric};
 }
 
 template <class Order>
-Samples place_in_order(const PolygonMesh& file, const MeasuredMesh& surface, const Density& density,
-                       const Order& order, RandomKey key, const PlaceParameters& parameters,
-                       OutputFrame& frame, RepairCounts& repairs, const CancelToken& cancel,
-                       const MetricAt& metric) {
+ChosenSites spaced_sites(const PlaceContext& context, const Order& order) {
+  const PlaceParameters& parameters = context.parameters;
+  SpacedSamples spaced = space_samples(strata_of(order, context), parameters.order == OrderKind::progressive,
+                                       context.key, spacing_parameters(parameters.spacing), context.cancel);
+  SampleSites sites(parameters.samples, false);
+  for (std::size_t r = 0; r < parameters.samples; ++r)
+    sites.set(r, spaced.point[r].triangle, spaced.point[r].path);
+  return {std::move(sites), std::move(spaced.rank_of_index), std::move(spaced.point)};
+}
+
+template <class Order>
+ChosenSites sites_at_positions(const PlaceContext& context, const Order& order) {
+  const PlaceParameters& parameters = context.parameters;
+  SampleSequence sequence =
+      make_sequence(parameters.sequence, parameters.samples, parameters.jitter, context.key);
+  return {elements_at(order, sequence.position, parameters.place == PlaceKind::vertex, context.cancel),
+          std::move(sequence.rank_of_index)};
+}
+
+template <class Order>
+Samples place_in(const PlaceContext& context, const Order& order, OutputFrame& frame, RepairCounts& repairs) {
   if (order.count() == 0) throw ItemError(Status::zero_density, "no curve element has any mass");
-  if (parameters.sequence == SequenceKind::spaced) {
-    SpacedSamples spaced = space_samples(strata_of(order, surface, density, key, parameters, metric),
-                                         parameters.order == OrderKind::progressive, key,
-                                         spacing_parameters(parameters.spacing), cancel);
-    SampleSites sites(parameters.samples, false);
-    for (std::size_t r = 0; r < parameters.samples; ++r)
-      sites.set(r, spaced.point[r].triangle, spaced.point[r].path);
-    return place(Placer{file, surface, density, sites, key, parameters, frame}, sites,
-                 std::move(spaced.rank_of_index), nullptr, spaced.point, frame, repairs, cancel);
+  if constexpr (std::same_as<Order, SurfaceRegions>) {
+    const PlacedSites placed = place_sites(context, order, frame, repairs);
+    return samples_at(placed, context, frame, 0, placed.count());
+  } else {
+    if constexpr (std::same_as<Order, ElementCells>)
+      if (forms_net(context.parameters)) {
+        const bool vertices = context.parameters.place == PlaceKind::vertex;
+        ChosenSites chosen{elements_in_net(order, context.key, vertices, context.cancel)};
+        chosen.net = &order.cells;
+        return place(context, std::move(chosen), frame, repairs);
+      }
+    return place(context,
+                 context.parameters.sequence == SequenceKind::spaced ? spaced_sites(context, order)
+                                                                     : sites_at_positions(context, order),
+                 frame, repairs);
   }
-  SampleSequence sequence = make_sequence(parameters.sequence, parameters.samples, parameters.jitter, key);
-  SampleSites sites = elements_at(order, sequence.position, parameters.place == PlaceKind::vertex, cancel);
-  sequence.position = std::vector<double>();
-  return place(Placer{file, surface, density, sites, key, parameters, frame}, sites,
-               std::move(sequence.rank_of_index), nullptr, {}, frame, repairs, cancel);
 }
 
 }  // namespace
 
-Samples place_samples(const PolygonMesh& file, const MeasuredMesh& surface, const Density& density,
-                      const CurveElements& elements, RandomKey key, const PlaceParameters& parameters,
-                      OutputFrame& frame, RepairCounts& repairs, const CancelToken& cancel,
-                      const MetricAt& metric) {
-  return place_in_order(file, surface, density, elements, key, parameters, frame, repairs, cancel, metric);
+Samples place_samples(const PlaceContext& context, const SurfaceOrder& order, OutputFrame& frame,
+                      RepairCounts& repairs) {
+  return std::visit([&](const auto& kind) { return place_in(context, kind, frame, repairs); }, order);
 }
 
-Samples place_samples(const PolygonMesh& file, const MeasuredMesh& surface, const Density& density,
-                      const ElementCells& cells, RandomKey key, const PlaceParameters& parameters,
-                      OutputFrame& frame, RepairCounts& repairs, const CancelToken& cancel,
-                      const MetricAt& metric) {
-  if (forms_net(parameters) && cells.count() > 0) {
-    SampleSites sites = elements_in_net(cells, key, parameters.place == PlaceKind::vertex, cancel);
-    return place(Placer{file, surface, density, sites, key, parameters, frame}, sites, {}, &cells.cells, {},
-                 frame, repairs, cancel);
-  }
-  return place_in_order(file, surface, density, cells, key, parameters, frame, repairs, cancel, metric);
-}
-
-Samples place_samples(const PolygonMesh& file, const MeasuredMesh& surface, const Density& density,
-                      const ChartSet& charts, const SurfaceRegions& regions, RandomKey key,
-                      const PlaceParameters& parameters, OutputFrame& frame, RepairCounts& repairs,
-                      const CancelToken& cancel) {
-  const PlacedSites placed =
-      place_sites(file, surface, density, charts, regions, key, parameters, frame, repairs, cancel);
-  return samples_at(placed, file, surface, density, key, parameters, frame, 0, placed.count());
+double sample_bytes(const PlaceParameters& parameters, bool in_metric) {
+  constexpr double bytes_per_sample = 160;  // sequence, points twice, row, encoded row
+  // Of spaced samples: boxes, positions, names, cells of the grid, and what is chosen, of all strata and of
+  // the coarser ones; the places that strata offer; the lists of those around each (up to 192 in stacked
+  // sheets).
+  constexpr double bytes_per_spaced_sample = 250, bytes_per_place = 6, bytes_per_neighbour = 4,
+                   neighbours = 60;
+  constexpr double bytes_per_metric = 60;
+  double bytes = bytes_per_sample;
+  if (parameters.sequence == SequenceKind::spaced)
+    bytes += bytes_per_spaced_sample + neighbours * bytes_per_neighbour +
+             spacing_parameters(parameters.spacing).candidates * bytes_per_place +
+             (in_metric ? bytes_per_metric : 0.0);
+  return parameters.samples * bytes;
 }
 
 }  // namespace meander

@@ -17,14 +17,27 @@
 
 namespace meander {
 
-struct ElementCells;
-struct SurfaceRegions;
-
 // spaced: places, not positions along the path, are chosen (see space_samples); the others are 1-D sets.
 enum class SequenceKind : std::uint8_t { shifted, stratified, owen, regular, random, spaced };
+inline constexpr Word<SequenceKind> sequence_words[] = {
+    {"shifted", SequenceKind::shifted}, {"stratified", SequenceKind::stratified},
+    {"owen", SequenceKind::owen},       {"regular", SequenceKind::regular},
+    {"random", SequenceKind::random},   {"spaced", SequenceKind::spaced}};
 enum class OrderKind : std::uint8_t { progressive, curve };
+inline constexpr Word<OrderKind> order_words[] = {{"progressive", OrderKind::progressive},
+                                                  {"curve", OrderKind::curve}};
 enum class PlaceKind : std::uint8_t { element, vertex };
+inline constexpr Word<PlaceKind> place_words[] = {{"element", PlaceKind::element},
+                                                  {"vertex", PlaceKind::vertex}};
 enum class NormalizeKind : std::uint8_t { none, unit_sphere, unit_box, unit_diagonal, pointnet };
+inline constexpr Word<NormalizeKind> normalize_words[] = {{"none", NormalizeKind::none},
+                                                          {"unit-sphere", NormalizeKind::unit_sphere},
+                                                          {"unit-box", NormalizeKind::unit_box},
+                                                          {"unit-diagonal", NormalizeKind::unit_diagonal},
+                                                          {"pointnet", NormalizeKind::pointnet}};
+
+inline constexpr const char* sequence_help =
+    "The sample set: 1-D sets along the order, or spaced, whose places in their strata keep samples apart";
 
 struct PlaceParameters {
   std::uint32_t samples = 2048;  // N, 1..2^31
@@ -35,6 +48,11 @@ struct PlaceParameters {
   double jitter = 0.25;                         // s of the shifted sequence, 0..1
   SpacingKind spacing = SpacingKind::standard;  // of the spaced sequence
 };
+
+// Samples of cells form a net in place of a shifted set along the path.
+constexpr bool forms_net(const PlaceParameters& parameters) {
+  return parameters.sequence == SequenceKind::shifted;
+}
 
 // Positions in [0, 1) of the N samples, ascending: t_i for i = 0 .. N - 1. Pure. O(N) (O(N log N) for random
 // and owen). Throws std::invalid_argument for `spaced`, which is no 1-D set.
@@ -62,33 +80,30 @@ OutputFrame float_frame(const std::array<double, 6>& bbox, const BoxFrame& box);
 // of pointnet follows from the samples: place_samples makes it, and is given that of unit_sphere, as here.
 OutputFrame output_frame(const PreparedMesh& mesh, NormalizeKind kind);
 
-// Exactly N distinct points (as stored in float32): sample of rank i lies in the element that holds t_i
-// total, at a mu-uniform point of it. A duplicate is redrawn in its element from the next counter of the same
-// stream; what stays equal after 64 redraws, or as many as a RedrawLimit allows, is counted in
-// repairs[coincident_points]. Normals: the file's, interpolated, where it gives them, else geometric. O(N +
-// E).
-// The sequence `spaced` chooses the points by space_samples, with distances in `metric`, which is for it
-// alone.
-// frame: of the stored points. With the normalisation pointnet it becomes that of the samples
-// (sample_frame.h); what is drawn again is then what coincides in it.
-Samples place_samples(const PolygonMesh& file, const MeasuredMesh& surface, const Density& density,
-                      const CurveElements& elements, RandomKey key, const PlaceParameters& parameters,
-                      OutputFrame& frame, RepairCounts& repairs, const CancelToken& cancel = {},
-                      const MetricAt& metric = {});
+// What samples are placed on, and how. A view; no hints of rays.
+struct PlaceContext : SurfaceContext {
+  const PolygonMesh& file;
+  const PlaceParameters& parameters;
+  MetricAt metric = {};  // of distances between spaced samples; empty: distances in space
+};
 
-// The same in cells: the sample of rank i lies in the entry that holds the share t_i N - floor(t_i N) of cell
-// floor(t_i N) along the path. Expected O(N P) for P entries a cell.
-Samples place_samples(const PolygonMesh& file, const MeasuredMesh& surface, const Density& density,
-                      const ElementCells& cells, RandomKey key, const PlaceParameters& parameters,
-                      OutputFrame& frame, RepairCounts& repairs, const CancelToken& cancel = {},
-                      const MetricAt& metric = {});
-
-// The same in regions of the surface over these charts, with the key that they were made with. The elements
-// are made and forgotten one region after the other (several at a time by several threads). Throws
+// Exactly N distinct points (as stored in float32): the sample of rank i lies in the element that holds the
+// share t_i of the mass, at a mu-uniform point of it. A duplicate is redrawn in its element from the next
+// counter of the same stream; what stays equal after 64 redraws, or as many as a RedrawLimit allows, is
+// counted in repairs[coincident_points]. Normals: the file's, interpolated, where it gives them, else
+// geometric. The sequence `spaced` chooses the points by space_samples. O(N + E).
+//
+// frame: of the stored points. With the normalization pointnet it becomes that of the samples
+// (sample_frame.h), and points that coincide in that frame are drawn again.
+//
+// In cells the sample of rank i lies in the entry that holds the share t_i N - floor(t_i N) of cell floor(t_i
+// N) along the path: expected O(N P) for P entries a cell. In regions, made with the same key, the elements
+// are made and forgotten one region after the other, several at a time by several threads; throws
 // std::invalid_argument for `spaced`, whose places depend on each other.
-Samples place_samples(const PolygonMesh& file, const MeasuredMesh& surface, const Density& density,
-                      const ChartSet& charts, const SurfaceRegions& regions, RandomKey key,
-                      const PlaceParameters& parameters, OutputFrame& frame, RepairCounts& repairs,
-                      const CancelToken& cancel = {});
+Samples place_samples(const PlaceContext& context, const SurfaceOrder& order, OutputFrame& frame,
+                      RepairCounts& repairs);
+
+// Upper bound of the bytes of the samples of a whole surface while they are placed, up to the encoded row.
+double sample_bytes(const PlaceParameters& parameters, bool in_metric);
 
 }  // namespace meander

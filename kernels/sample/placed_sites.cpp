@@ -1,6 +1,8 @@
 #include "kernels/sample/placed_sites.h"
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <utility>
 
 #include "kernels/core/parallel.h"
@@ -39,7 +41,7 @@ std::uint32_t redraw_counter(const Placer& placer, std::uint32_t rank) {
 }
 
 // Draws those samples again that are not at a place of their own.
-Redrawn redraw_sites(const Placer& placer, SampleSites& sites, const CancelToken& cancel) {
+Redrawn redraw_sites(const Placer& placer, SampleSites& sites) {
   const Redraws redraws = find_redraws(
       sites.count(), [&](std::uint32_t rank) { return stored_point_at(placer, sites.site[rank]); },
       [&](std::uint32_t rank) { return redraw_counter(placer, rank); },
@@ -47,7 +49,7 @@ Redrawn redraw_sites(const Placer& placer, SampleSites& sites, const CancelToken
         const Draw draw = draw_again(placer, rank, counter);
         return DrawnPoint{stored_point_at(placer, drawn_site(sites.site[rank], draw)), draw.next_counter};
       },
-      max_redraws, cancel);
+      max_redraws, placer.cancel);
   Redrawn redrawn;
   redrawn.coincident = redraws.coincident;
   for (const Redraw& redraw : redraws.redraw) {
@@ -60,17 +62,16 @@ Redrawn redraw_sites(const Placer& placer, SampleSites& sites, const CancelToken
 
 // Draws every sample in its element, unless that is done or it lies at the curve vertex, and then those again
 // that are not at a place of their own. Returns the frame of the points (draw_in_frame).
-OutputFrame draw_sites(const Placer& placer, SampleSites& sites, RepairCounts& repairs,
-                       const CancelToken& cancel) {
+OutputFrame draw_sites(const Placer& placer, SampleSites& sites, RepairCounts& repairs) {
   if (placer.parameters.place == PlaceKind::element && !sites.drawn)
     parallel_blocks(sites.count(), sum_block, [&](std::size_t begin, std::size_t end) {
-      cancel.check();
+      placer.cancel.check();
       PieceWalk walk(placer.surface);
       for (std::size_t r = begin; r < end; ++r)
         sites.site[r] = drawn_site(sites.site[r], placer.first_draw(static_cast<std::uint32_t>(r), walk));
     });
   return draw_in_frame(placer, sites, repairs,
-                       [&](const Placer& framed) { return redraw_sites(framed, sites, cancel); });
+                       [&](const Placer& framed) { return redraw_sites(framed, sites); });
 }
 
 // Empty where triangles are not so few, or where samples have normals of their own.
@@ -93,41 +94,38 @@ std::vector<SharedBySamples> shared_by_samples(const Placer& placer) {
 
 }  // namespace
 
-PlacedSites place_sites(const PolygonMesh& file, const MeasuredMesh& surface, const Density& density,
-                        const ChartSet& charts, const SurfaceRegions& regions, RandomKey key,
-                        const PlaceParameters& parameters, OutputFrame& frame, RepairCounts& repairs,
-                        const CancelToken& cancel) {
+PlacedSites place_sites(const PlaceContext& context, const SurfaceRegions& regions, OutputFrame& frame,
+                        RepairCounts& repairs) {
+  const PlaceParameters& parameters = context.parameters;
   if (regions.count() == 0) throw ItemError(Status::zero_density, "no curve element has any mass");
   PlacedSites placed;
   {
-    const ElementSource source(surface, density, charts, {}, regions.group, regions.parameters.order, key);
+    const ElementSource source(context, regions.parameters.order, regions.group);
     const bool vertices = parameters.place == PlaceKind::vertex;
     if (forms_net(parameters) && regions.parameters.order == ElementOrder::balanced) {
-      placed.sites = elements_in_net(regions, source, key, vertices, cancel);
+      placed.sites = elements_in_net(regions, source, vertices);
     } else {
       SampleSequence sequence =
-          make_sequence(parameters.sequence, parameters.samples, parameters.jitter, key);
-      placed.sites = elements_at(regions, source, sequence.position, key, vertices, cancel);
+          make_sequence(parameters.sequence, parameters.samples, parameters.jitter, context.key);
+      placed.sites = elements_at(regions, source, sequence.position, vertices);
       placed.order = std::move(sequence.rank_of_index);
     }
   }
-  cancel.check();
-  frame = draw_sites(Placer{file, surface, density, placed.sites, key, parameters, frame}, placed.sites,
-                     repairs, cancel);
+  context.cancel.check();
+  frame = draw_sites(Placer{context, placed.sites, frame}, placed.sites, repairs);
   placed.sites.mass = std::vector<double>();
-  placed.shared = shared_by_samples(Placer{file, surface, density, placed.sites, key, parameters, frame});
-  repairs[Repair::bad_normals] += count_bad_normals(file);
+  placed.shared = shared_by_samples(Placer{context, placed.sites, frame});
+  repairs[Repair::bad_normals] += count_bad_normals(context.file);
   if (parameters.order == OrderKind::curve)
     placed.order = std::vector<std::uint32_t>();
   else if (placed.order.empty())
-    placed.order = progressive_order(parameters.samples, key);
+    placed.order = progressive_order(parameters.samples, context.key);
   return placed;
 }
 
-Samples samples_at(const PlacedSites& placed, const PolygonMesh& file, const MeasuredMesh& surface,
-                   const Density& density, RandomKey key, const PlaceParameters& parameters,
-                   const OutputFrame& frame, std::size_t begin, std::size_t end) {
-  const Placer placer{file, surface, density, placed.sites, key, parameters, frame};
+Samples samples_at(const PlacedSites& placed, const PlaceContext& context, const OutputFrame& frame,
+                   std::size_t begin, std::size_t end) {
+  const Placer placer{context, placed.sites, frame};
   Samples samples = room_for_samples(end - begin);
   samples.curve_rank.resize(end - begin);
   parallel_blocks(end - begin, sum_block, [&](std::size_t from, std::size_t to) {
@@ -155,6 +153,21 @@ Samples samples_at(const PlacedSites& placed, const PolygonMesh& file, const Mea
     }
   });
   return samples;
+}
+
+double region_sample_bytes(const PlaceParameters& parameters, bool as_sites, double triangles, int threads) {
+  constexpr double bytes_per_sample = 120;  // sites and the row, or the row and its encoded form
+  // Sites, and hashes of the points or the order in the file; more while a sequence is sorted.
+  constexpr double bytes_per_site = 26, bytes_per_sorted_site = 34, bytes_per_vertex_mass = 8;
+  constexpr double bytes_per_block = 16 << 20, samples_per_block = 65536;
+  const double samples = parameters.samples;
+  const double shared = std::min(triangles, samples / samples_per_shared_triangle) * sizeof(SharedBySamples);
+  if (!as_sites) return samples * bytes_per_sample + shared;
+  const bool sorts = parameters.sequence == SequenceKind::owen || parameters.sequence == SequenceKind::random;
+  const double site = (sorts ? bytes_per_sorted_site : bytes_per_site) +
+                      (parameters.place == PlaceKind::vertex ? bytes_per_vertex_mass : 0.0);
+  const double blocks = std::min<double>(threads, std::ceil(samples / samples_per_block));
+  return samples * site + shared + blocks * bytes_per_block;
 }
 
 }  // namespace meander

@@ -26,31 +26,28 @@ struct SharedBySamples {
 // Triangles have these where they are this many times fewer than the samples.
 inline constexpr std::size_t samples_per_shared_triangle = 8;
 
-// N placed samples in 20 bytes each, 16 along the curve, and up to 13 for records of triangles. All else
-// follows from these and the mesh.
+// N placed samples. All else follows from these and the mesh.
 struct PlacedSites {
   SampleSites sites;                 // N, by curve rank
   std::vector<std::uint32_t> order;  // N: the curve rank of the i-th sample of the file; empty: i
-  // By triangle, where these are few beside the samples: what the samples of one have in common, in one place
-  // in place of twenty. Else empty.
+  // What the samples of a triangle share, by triangle. Empty unless triangles are few beside the samples.
   std::vector<SharedBySamples> shared;
   std::size_t count() const { return sites.count(); }
   std::uint32_t rank(std::size_t i) const { return order.empty() ? static_cast<std::uint32_t>(i) : order[i]; }
 };
 
-// The samples that place_samples places in these regions. At most 24 bytes a sample (32 for the sequences
-// owen and random, whose positions are sorted; 8 more at curve vertices), 60 for each that is drawn
-// again, 13 where triangles have records, and what the regions that are worked on take. O(N + E log E).
-// Throws what place_samples throws. frame: as there; samples_at takes the one that is left.
-PlacedSites place_sites(const PolygonMesh& file, const MeasuredMesh& surface, const Density& density,
-                        const ChartSet& charts, const SurfaceRegions& regions, RandomKey key,
-                        const PlaceParameters& parameters, OutputFrame& frame, RepairCounts& repairs,
-                        const CancelToken& cancel = {});
+// The samples that place_samples places in these regions. O(N + E log E). Throws what place_samples throws.
+// frame: as there; samples_at takes the resulting one.
+PlacedSites place_sites(const PlaceContext& context, const SurfaceRegions& regions, OutputFrame& frame,
+                        RepairCounts& repairs);
 
-// Samples [begin, end) of the file, of what place_sites was given. Pure: blocks may be asked for in any
-// order, by any thread, and together are what place_samples returns. O(end - begin).
-Samples samples_at(const PlacedSites& placed, const PolygonMesh& file, const MeasuredMesh& surface,
-                   const Density& density, RandomKey key, const PlaceParameters& parameters,
-                   const OutputFrame& frame, std::size_t begin, std::size_t end);
+// Samples [begin, end) of the file, from the context that place_sites was given. Pure: any thread may ask for
+// blocks in any order; together they are what place_samples returns. O(end - begin).
+Samples samples_at(const PlacedSites& placed, const PlaceContext& context, const OutputFrame& frame,
+                   std::size_t begin, std::size_t end);
+
+// Upper bound of the bytes of the samples of regions; `as_sites`: of their sites, and of the blocks that
+// samples_at makes and that are encoded, one a thread.
+double region_sample_bytes(const PlaceParameters& parameters, bool as_sites, double triangles, int threads);
 
 }  // namespace meander

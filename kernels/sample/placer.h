@@ -33,14 +33,10 @@ struct Draw {
 };
 
 // Everything that placing one sample needs; const, shared by all threads.
-struct Placer {
-  const PolygonMesh& file;
-  const MeasuredMesh& surface;
-  const Density& density;
+struct Placer : PlaceContext {
   const SampleSites& sites;
-  RandomKey key;
-  const PlaceParameters& parameters;
   const OutputFrame& frame;
+  const Density& density = measure.density;
   const PreparedMesh& mesh = surface.mesh();
   ExactDivision in_units{mesh.unit};
   double scale_in_units = frame.scale / mesh.unit;
@@ -218,7 +214,7 @@ struct Placer {
 
 // The same with points in another frame, which must outlive it.
 inline Placer in_frame(const Placer& placer, const OutputFrame& frame) {
-  return {placer.file, placer.surface, placer.density, placer.sites, placer.key, placer.parameters, frame};
+  return {static_cast<const PlaceContext&>(placer), placer.sites, frame};
 }
 
 // Normals of the file without a direction.
@@ -276,11 +272,6 @@ inline void set_sample(const Placer& placer, std::size_t rank, const std::array<
   const TriangleRecord record{to_float(placer.normal(site.triangle, site.b1, site.b2)),
                               placer.corners(site.triangle), placer.mesh.polygon[site.triangle]};
   set_sample(placer, rank, point, record, i, samples);
-}
-
-// Samples of cells form a net in place of a shifted set along the path.
-inline bool forms_net(const PlaceParameters& parameters) {
-  return parameters.sequence == SequenceKind::shifted;
 }
 
 }  // namespace meander

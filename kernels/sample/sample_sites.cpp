@@ -159,24 +159,22 @@ SampleSites elements_in_net(const ElementCells& cells, RandomKey key, bool verti
   return found;
 }
 
-SampleSites elements_in_net(const SurfaceRegions& regions, const ElementSource& source, RandomKey key,
-                            bool vertices, const CancelToken& cancel) {
+SampleSites elements_in_net(const SurfaceRegions& regions, const ElementSource& source, bool vertices) {
   SampleSites found(regions.parameters.samples, vertices);
-  found.drawn = source.density.uniform() && !vertices;
+  found.drawn = source.density().uniform() && !vertices;
   parallel_tasks(regions.count(), [&](std::size_t region) {
     const std::size_t begin = regions.first_stratum[region];
-    find_in_net(region_cells(regions, source, region, cancel), begin, key, vertices, found, cancel);
-    if (found.drawn) draw_points(source.surface, begin, begin + regions.strata(region), key, found);
+    find_in_net(region_cells(regions, source, region), begin, source.key, vertices, found, source.cancel);
+    if (found.drawn) draw_points(source.surface, begin, begin + regions.strata(region), source.key, found);
   });
   return found;
 }
 
 // Regions have whole strata: positions in strata, less those before, are those in the region.
 SampleSites elements_at(const SurfaceRegions& regions, const ElementSource& source,
-                        std::span<const double> position, RandomKey key, bool vertices,
-                        const CancelToken& cancel) {
+                        std::span<const double> position, bool vertices) {
   SampleSites found(position.size(), vertices);
-  found.drawn = source.density.uniform() && !vertices;
+  found.drawn = source.density().uniform() && !vertices;
   const auto samples = static_cast<double>(regions.parameters.samples);
   const auto rank_at = [&](std::size_t region) {
     if (region == regions.count()) return position.size();
@@ -195,16 +193,16 @@ SampleSites elements_at(const SurfaceRegions& regions, const ElementSource& sour
       local[i] = std::min((position[begin + i] * samples - first) / strata, below_one);
     if (regions.parameters.order == ElementOrder::balanced) {
       found.set_all(begin,
-                    elements_at(region_cells(regions, source, region, cancel), local, vertices, cancel));
+                    elements_at(region_cells(regions, source, region), local, vertices, source.cancel));
     } else {
-      const CurveElements elements = region_elements(regions, source, region, cancel);
+      const CurveElements elements = region_elements(regions, source, region);
       if (!elements.place.empty()) {  // of uniform density, without vertices
-        place_in_parts(elements, source.surface, local, begin, key, found, cancel);
+        place_in_parts(elements, source.surface, local, begin, source.key, found, source.cancel);
         return;
       }
-      found.set_all(begin, elements_at(elements, local, vertices, cancel));
+      found.set_all(begin, elements_at(elements, local, vertices, source.cancel));
     }
-    if (found.drawn) draw_points(source.surface, begin, end, key, found);
+    if (found.drawn) draw_points(source.surface, begin, end, source.key, found);
   });
   return found;
 }

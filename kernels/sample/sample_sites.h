@@ -17,9 +17,9 @@
 
 namespace meander {
 
-// A piece of a triangle, and the weights of corners 1 and 2 of the triangle: those of the sample. Before it
-// is placed those of the piece's curve vertex, or the weights that a point in the piece has there, or
-// neither.
+// A piece of a triangle, and the sample's weights of corners 1 and 2 of the triangle. Before the sample is
+// placed, b1 and b2 are the weights of the piece's curve vertex; or of a point in the piece, by the corners
+// of the piece; or b1 is `nowhere`.
 struct SampleSite {
   std::uint32_t triangle, path;
   float b1, b2;
@@ -60,19 +60,17 @@ SampleSites elements_at(const CurveElements& elements, std::span<const double> p
                         const CancelToken& cancel);
 SampleSites elements_at(const ElementCells& cells, std::span<const double> position, bool vertices,
                         const CancelToken& cancel);
-// The elements or cells are made and forgotten one region after the other, several at a time by several
-// threads. Of a wide piece it is the part that holds the position. Under a uniform density samples that do
-// not lie at curve vertices are drawn, too, while the parts are at hand.
+// Makes and forgets the elements or cells of one region after the other, several at a time by several
+// threads. In a wide piece, the site is the part that holds the position. Under a uniform density, samples
+// that do not lie at curve vertices are also drawn.
 SampleSites elements_at(const SurfaceRegions& regions, const ElementSource& source,
-                        std::span<const double> position, RandomKey key, bool vertices,
-                        const CancelToken& cancel);
+                        std::span<const double> position, bool vertices);
 
 // The same where the samples of cells form a net (cell_net.h): one element a cell, or its point. Those of
 // regions are drawn as above.
 SampleSites elements_in_net(const ElementCells& cells, RandomKey key, bool vertices,
                             const CancelToken& cancel);
-SampleSites elements_in_net(const SurfaceRegions& regions, const ElementSource& source, RandomKey key,
-                            bool vertices, const CancelToken& cancel);
+SampleSites elements_in_net(const SurfaceRegions& regions, const ElementSource& source, bool vertices);
 
 // The point that is drawn for the sample of this rank, by the number of draws before: uniform over its piece.
 inline std::array<double, 2> drawn_point(const Piece& piece, std::uint32_t rank, RandomKey key,

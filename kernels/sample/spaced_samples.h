@@ -11,6 +11,7 @@
 
 #include "kernels/core/cancel.h"
 #include "kernels/core/random.h"
+#include "kernels/core/words.h"
 
 namespace meander {
 
@@ -31,6 +32,10 @@ struct SpacingParameters {
 // fast: two thirds of the time of standard, spacing about .5 of the hexagonal lattice; standard: .67; best:
 // two and a half times the time, .7 and the lowest error (docs/METHODS.md 7.5 has the numbers).
 enum class SpacingKind : std::uint8_t { fast, standard, best };
+inline constexpr Word<SpacingKind> spacing_words[] = {
+    {"fast", SpacingKind::fast}, {"default", SpacingKind::standard}, {"best", SpacingKind::best}};
+inline constexpr const char* spacing_help = "Effort of the sequence spaced";
+inline constexpr const char* spacing_applies_to = "applies to the sequence spaced only";
 SpacingParameters spacing_parameters(SpacingKind kind);
 
 // All problems of the parameters, one sentence each; empty when they are valid.

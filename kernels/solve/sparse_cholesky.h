@@ -1,16 +1,23 @@
 // Sparse Cholesky factorisation for symmetric positive definite matrices with the graph of a mesh.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <span>
 #include <vector>
 
 #include "kernels/core/cancel.h"
+#include "kernels/core/portable_functions.h"
 #include "kernels/core/work_budget.h"
 #include "kernels/solve/elimination_order.h"
 #include "kernels/solve/supernodes.h"
 
 namespace meander {
+
+// Upper bound of the entries of the factor of a planar mesh under minimum degree.
+inline double most_factor_entries(double vertices) {
+  return 2.0 * vertices * std::max(4.0, portable::log2(vertices + 1));
+}
 
 // A = L L^T by supernodes, multifrontal (Duff and Reid 1983; Liu 1992). Everything is sequential and
 // deterministic. Memory: the factor, the lower triangle of A and the stack of update matrices, which for a

@@ -4,7 +4,6 @@
 #include <cctype>
 
 #include "kernels/core/expression.h"
-#include "kernels/sample/place_words.h"
 
 namespace meander {
 

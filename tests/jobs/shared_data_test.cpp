@@ -117,15 +117,19 @@ void check_masses(const std::filesystem::path& path, std::string_view method) {
   }
   const std::size_t triangles = model.surface.triangle_count();
   std::vector<double> mass(triangles, 0.0);
-  const CurveElements& elements = model.elements;
-  double sum = elements.total();
-  for (std::size_t i = 0; i < elements.count(); ++i)
-    mass[elements.triangle[i]] += elements.cumulative[i + 1] - elements.cumulative[i];
-  for (const Cell& cell : model.cells.cells.cell)
-    for (const CellEntry& entry : model.cells.cells.entries(cell)) {
-      mass[model.cells.triangle[entry.element()]] += model.cells.cells.mass(entry);
-      sum += model.cells.cells.mass(entry);
-    }
+  double sum = 0;
+  if (const auto* const elements = std::get_if<CurveElements>(&model.order)) {
+    sum = elements->total();
+    for (std::size_t i = 0; i < elements->count(); ++i)
+      mass[elements->triangle[i]] += elements->cumulative[i + 1] - elements->cumulative[i];
+  } else {
+    const auto& cells = std::get<ElementCells>(model.order);
+    for (const Cell& cell : cells.cells.cell)
+      for (const CellEntry& entry : cells.cells.entries(cell)) {
+        mass[cells.triangle[entry.element()]] += cells.cells.mass(entry);
+        sum += cells.cells.mass(entry);
+      }
+  }
   const long double unit = static_cast<long double>(model.surface.unit) * model.surface.unit;
   long double total = 0, worst = 0;
   for (std::size_t t = 0; t < triangles; ++t) {

@@ -126,9 +126,8 @@ TEST_CASE("place_samples: parts of wide pieces of large sets get their share of 
     run_stages(placing_stages(parameters, nullptr), model);
     {
       const ElementParameters elements = element_parameters(parameters);
-      const SurfaceRegions regions = build_regions(model.surface, model.measure, {}, {}, model.key, elements);
-      const ElementSource source(model.surface, model.measure.density, {}, {}, regions.group, elements.order,
-                                 model.key);
+      const SurfaceRegions regions = build_regions({model.surface, model.measure, model.key}, elements);
+      const ElementSource source({model.surface, model.measure, model.key}, elements.order, regions.group);
       const CurveElements of_region = region_elements(regions, source, 0);
       REQUIRE_FALSE(of_region.place.empty());
       REQUIRE(of_region.path.front() >> of_pieces == 1);

@@ -70,18 +70,14 @@ std::vector<MassPoint> elements_of(const std::vector<Corners>& triangles) {
 // The cells of triangles and their points.
 BalancedCells cells_of_triangles(const std::vector<Corners>& triangles, std::uint32_t n, std::uint64_t seed) {
   const ExactTriangles net{[&](std::uint32_t e) { return triangles[e]; }, make_random_key(seed, {})};
-  ElementTraits traits;
-  traits.exact = &net;
-  return balanced_order(elements_of(triangles), n, traits);
+  return exact_order(elements_of(triangles), n, {}, net).value();
 }
 
 // The cells and the polygons that they are made of, at most so many.
 BalancedCells polygons_of_triangles(const std::vector<Corners>& triangles, std::uint32_t n,
                                     std::uint64_t most) {
-  const ExactTriangles exact{[&](std::uint32_t e) { return triangles[e]; }, {}, 0, true, most};
-  ElementTraits traits;
-  traits.exact = &exact;
-  return balanced_order(elements_of(triangles), n, traits);
+  const ExactTriangles exact{[&](std::uint32_t e) { return triangles[e]; }, {}, 0, most};
+  return exact_order(elements_of(triangles), n, {}, exact).value_or(BalancedCells());
 }
 
 double area_of_polygon(std::span<const std::array<float, 2>> corner) {
@@ -425,7 +421,6 @@ TEST_CASE("clipped pieces: net points of elements with splits or groups are refu
   const std::vector<ElementSplit> split(1);
   const ExactTriangles net{[](std::uint32_t) { return Corners{}; }, {}, 0};
   ElementTraits traits;
-  traits.exact = &net;
   traits.splits = {number, split};
-  CHECK_THROWS_AS(balanced_order(elements, 1, traits), std::invalid_argument);
+  CHECK_THROWS_AS(exact_order(elements, 1, traits, net), std::invalid_argument);
 }

@@ -12,6 +12,7 @@
 
 #include "kernels/core/parallel.h"
 #include "kernels/curve/curve_frames.h"
+#include "kernels/density/density.h"
 #include "kernels/flatten/chart_geometry.h"
 #include "kernels/mesh/prepare_mesh.h"
 #include "kernels/rays/chart_scene.h"

@@ -4,7 +4,7 @@
 #include "kernels/core/parallel.h"
 #include "kernels/flatten/chart_geometry.h"
 #include "kernels/mesh/prepare_mesh.h"
-#include "kernels/rays/embree_locator.h"
+#include "kernels/rays/first_hit.h"
 #include "kernels/wavy_square.h"
 #include "support/catch.h"
 #include "support/hand_charts.h"

@@ -102,8 +102,8 @@ TEST_CASE("Stages: every method has its own list, without stages that do nothing
 TEST_CASE("Stages: mesh and masses are made once a model, by every method") {
   const PolygonMesh mesh = test::torus(40, 20);
   for (const SamplingMethod& method : sampling_methods) {
-    INFO(method.name);
-    const Sampler sampler(small(method.name));
+    INFO(method.text);
+    const Sampler sampler(small(method.text));
     prepared = measured = 0;
     const Row row = sampler.sample(positions_of(mesh), mesh.corners);
     REQUIRE(row.report.status == Status::ok);
@@ -116,8 +116,8 @@ TEST_CASE("Stages: a charted model sampled again equals one sampled from the sta
   const EmbreeDevice device;
   const PolygonMesh mesh = test::torus(40, 20);
   for (const SamplingMethod& method : sampling_methods) {
-    INFO(method.name);
-    SampleParameters parameters = small(method.name);
+    INFO(method.text);
+    SampleParameters parameters = small(method.text);
     Model charted;
     charted.file = mesh;
     run_stages(charting_stages(parameters), charted);
@@ -171,8 +171,8 @@ TEST_CASE("Stages: charts over a coarse mesh, every order and locator, 1, 2 and 
 TEST_CASE("Stages: the triangle of a sample is the one that a store names by polygon and corners") {
   const PolygonMesh mesh = test::merged(test::cube(), test::moved(test::icosphere(2), 1, 4, 0, 0));
   for (const SamplingMethod& method : sampling_methods) {
-    INFO(method.name);
-    SampleParameters parameters = parameters_for(method.name);
+    INFO(method.text);
+    SampleParameters parameters = parameters_for(method.text);
     parameters.samples = 500;
     parameters.tensor_charts.segment.count = 5;
     const EmbreeDevice device;
@@ -189,8 +189,8 @@ TEST_CASE(
   const EmbreeDevice device;
   for (const SamplingMethod& method : sampling_methods)
     for (const bool described : {false, true}) {
-      INFO(method.name << (described ? ", described" : ""));
-      SampleParameters parameters = small(method.name);
+      INFO(method.text << (described ? ", described" : ""));
+      SampleParameters parameters = small(method.text);
       if (!described) parameters.describe.descriptors.clear();
       const auto run = [&] {
         Model model;

@@ -35,7 +35,7 @@ Density linear_density(const PreparedMesh& mesh) {
 CurveElements direct_elements(const PreparedMesh& mesh, const Density& density, std::uint64_t samples) {
   ElementParameters parameters;
   parameters.samples = samples;
-  return build_elements(mesh, measure_of(mesh, density), {}, {}, test_key, parameters);
+  return build_elements({mesh, measure_of(mesh, density), test_key}, parameters);
 }
 
 struct FramedSamples {
@@ -47,17 +47,17 @@ struct FramedSamples {
 FramedSamples place_framed(const PolygonMesh& file, std::uint32_t n, PlaceParameters parameters = {},
                            std::uint64_t seed = 5) {
   const PreparedMesh mesh = prepare_mesh(file);
-  const Density density = uniform_density();
   parameters.samples = n;
   ElementParameters element;
   element.samples = n;
-  element.keep_vertices = true;
+  element.use = ElementUse::vertices;
   const RandomKey key = make_random_key(seed, {});
   FramedSamples result;
   result.frame = output_frame(mesh, parameters.normalize);
-  result.samples = place_samples(file, mesh, density,
-                                 build_elements(mesh, measure_of(mesh, density), {}, {}, key, element), key,
-                                 parameters, result.frame, result.repairs);
+  const MeshMeasure measure = measure_of(mesh, uniform_density());
+  const SurfaceContext context{mesh, measure, key};
+  result.samples = place_samples({context, file, parameters}, build_elements(context, element), result.frame,
+                                 result.repairs);
   return result;
 }
 Samples place(const PolygonMesh& file, std::uint32_t n, const PlaceParameters& parameters = {},
@@ -95,7 +95,7 @@ TEST_CASE("build_elements and build_cells: of a large mesh the same with any num
   parameters.samples = 100000;  // some triangles are cut
   const auto elements = [&](std::size_t threads) {
     return on_threads(threads, [&] {
-      return build_elements(mesh, measure_of(mesh, density), {}, {}, test_key, parameters);
+      return build_elements({mesh, measure_of(mesh, density), test_key}, parameters);
     });
   };
   const CurveElements one = elements(1);
@@ -111,8 +111,8 @@ TEST_CASE("build_elements and build_cells: of a large mesh the same with any num
   parameters.order = ElementOrder::balanced;
   const auto sites = [&](std::size_t threads) {
     return on_threads(threads, [&] {
-      return elements_in_net(build_cells(mesh, measure_of(mesh, density), {}, {}, test_key, parameters),
-                             test_key, false, {});
+      return elements_in_net(build_cells({mesh, measure_of(mesh, density), test_key}, parameters), test_key,
+                             false, {});
     });
   };
   const SampleSites net = sites(1);
@@ -175,7 +175,7 @@ TEST_CASE("build_cells: masses of a triangle's entries sum to its mass, every ce
     ElementParameters parameters;
     parameters.samples = 1000;
     parameters.elements_per_sample = 16;
-    const ElementCells cells = build_cells(mesh, measure_of(mesh, density), {}, {}, test_key, parameters);
+    const ElementCells cells = build_cells({mesh, measure_of(mesh, density), test_key}, parameters);
     REQUIRE(cells.count() == 1000);
     std::vector<double> sum(mesh.triangle_count(), 0.0);
     for (const Cell& cell : cells.cells.cell) {
@@ -192,25 +192,23 @@ TEST_CASE("build_cells: masses of a triangle's entries sum to its mass, every ce
 }
 
 TEST_CASE("build_cells: cells are cut exactly where triangles are few for most of the mass") {
-  const auto is_exact = [](const PolygonMesh& file, std::uint32_t samples, bool net = true,
-                           bool polygons = false) {
+  const auto is_exact = [](const PolygonMesh& file, std::uint32_t samples, ElementUse use = ElementUse::net) {
     const PreparedMesh mesh = prepare_mesh(file);
     ElementParameters parameters;
     parameters.samples = samples;
     parameters.elements_per_sample = 12;
-    parameters.net_points = net;
-    parameters.keep_polygons = parameters.random_axes = polygons;
-    const ElementCells cells = build_cells(mesh, measure_of(mesh, {}), {}, {}, test_key, parameters);
+    parameters.use = use;
+    const ElementCells cells = build_cells({mesh, measure_of(mesh, {}), test_key}, parameters);
     REQUIRE(cells.count() == samples);
-    CHECK((cells.cells.point.empty() || !polygons));
+    CHECK((cells.cells.point.empty() || use == ElementUse::net));
     return !cells.cells.point.empty() || cells.has_polygons();
   };
   const PolygonMesh ball = icosphere(3);  // 1,280 triangles that are nearly alike
   CHECK(is_exact(ball, 320));
-  CHECK_FALSE(is_exact(ball, 320, false));
+  CHECK_FALSE(is_exact(ball, 320, ElementUse::positions));
   CHECK_FALSE(is_exact(ball, 213));  // 6 a sample
-  CHECK(is_exact(ball, 320, false, true));
-  CHECK_FALSE(is_exact(ball, 213, false, true));
+  CHECK(is_exact(ball, 320, ElementUse::places));
+  CHECK_FALSE(is_exact(ball, 213, ElementUse::places));
   // Beside a large cube, most samples are in its twelve triangles; but there may not be any number of others.
   const PolygonMesh soup = merged(moved(ball, 0.05, 3, 0, 0), cube());
   CHECK(is_exact(soup, 213));
@@ -233,8 +231,8 @@ TEST_CASE("build_cells: cells of long needles, which have more polygons than may
   ElementParameters parameters;
   parameters.samples = 3000;
   parameters.elements_per_sample = 12;
-  parameters.keep_polygons = true;
-  const ElementCells cells = build_cells(needles, measure_of(needles, {}), {}, {}, test_key, parameters);
+  parameters.use = ElementUse::places;
+  const ElementCells cells = build_cells({needles, measure_of(needles, {}), test_key}, parameters);
   REQUIRE(cells.count() == 3000);
   CHECK_FALSE(cells.has_polygons());
   CHECK(!cells.cells.entries(cells.cells.cell.front()).empty());
@@ -252,7 +250,7 @@ TEST_CASE("build_cells: parts of split pieces lie where their paths say") {
   ElementParameters parameters;
   parameters.samples = 1;
   parameters.elements_per_sample = 64;
-  const ElementCells cells = build_cells(mesh, measure_of(mesh, {}), {}, {}, test_key, parameters);
+  const ElementCells cells = build_cells({mesh, measure_of(mesh, {}), test_key}, parameters);
   std::vector<std::uint32_t> order;
   order_entries(cells.cells, cells.cells.cell[0], order);
   REQUIRE(order.size() == 64);
@@ -281,7 +279,7 @@ TEST_CASE("build_elements: hints ask for more elements and never change the mass
   ElementParameters parameters;
   parameters.samples = 1;
   const CurveElements elements =
-      build_elements(mesh, measure_of(mesh, {}), {}, {hits, {}}, test_key, parameters);
+      build_elements({mesh, measure_of(mesh, {}), test_key, {}, {hits, {}}}, parameters);
   CHECK(elements.count() == 64 * mesh.triangle_count());
   CHECK(elements.total() == Approx(mesh.total_area).epsilon(1e-13));
 }
@@ -432,15 +430,16 @@ TEST_CASE("place_samples: repeated points are redrawn unless float32 has no othe
   // Without a moved frame the stored x takes 5 values and y many: distinct points exist; x only: they do not.
   OutputFrame frame;
   frame.loc = {0, 0, 0};
-  const Samples s =
-      place_samples(sliver, mesh, {}, direct_elements(mesh, {}, 200), test_key, parameters, frame, repairs);
+  const MeshMeasure measure = measure_of(mesh, {});
+  const PlaceContext context{{mesh, measure, test_key}, sliver, parameters};
+  const Samples s = place_samples(context, direct_elements(mesh, {}, 200), frame, repairs);
   std::set<std::array<float, 3>> distinct;
   for (std::size_t i = 0; i < 200; ++i)
     distinct.insert({s.points[3 * i], s.points[3 * i + 1], s.points[3 * i + 2]});
   CHECK(distinct.size() + repairs[Repair::coincident_points] == 200);
   frame.scale = 1e44;  // a handful of denormal values is left
   RepairCounts collapsed;
-  place_samples(sliver, mesh, {}, direct_elements(mesh, {}, 200), test_key, parameters, frame, collapsed);
+  place_samples(context, direct_elements(mesh, {}, 200), frame, collapsed);
   CHECK(collapsed[Repair::coincident_points] > 0);
 }
 

@@ -127,7 +127,7 @@ void check_prefixes(ChartedModel& model, std::span<const RotatedBox> boxes, std:
 }
 
 std::string label(MethodChoice method) {
-  return std::string(sampling_methods[static_cast<std::size_t>(method)].name);
+  return std::string(sampling_methods[static_cast<std::size_t>(method)].text);
 }
 
 constexpr MethodChoice methods[] = {MethodChoice::automatic, MethodChoice::direct, MethodChoice::conformal};

@@ -44,10 +44,10 @@ struct StrataOfMesh {
     ElementParameters parameters;
     parameters.samples = n;
     const MeshMeasure measure = measure_of(mesh, density);
-    elements = build_elements(mesh, measure, {}, {}, test_key, parameters);
+    elements = build_elements({mesh, measure, test_key}, parameters);
     parameters.elements_per_sample = 16;
-    parameters.random_axes = true;
-    cells = build_cells(mesh, measure, {}, {}, test_key, parameters);
+    parameters.use = ElementUse::places;
+    cells = build_cells({mesh, measure, test_key}, parameters);
   }
   CurveStrata along_curve(std::uint32_t n) const { return {elements, n, mesh, density, test_key, in_space}; }
   CellStrata in_cells() const { return {cells, mesh, density, test_key, in_space}; }

@@ -52,8 +52,8 @@ struct Surface {
       : mesh(prepare_mesh(file)),
         measure(measure_of(mesh, linear ? linear_density(mesh) : Density())),
         parameters(wanted),
-        regions(build_regions(mesh, measure, {}, {}, test_key, parameters)),
-        source(mesh, measure.density, {}, {}, regions.group, parameters.order, test_key) {}
+        regions(build_regions({mesh, measure, test_key}, parameters)),
+        source({mesh, measure, test_key}, parameters.order, regions.group) {}
 
   // Calls take(triangle, path, mass) for the elements of a region, of wide pieces for their parts.
   template <class Take>
@@ -101,13 +101,14 @@ Model placed(const PolygonMesh& file, SampleParameters parameters, std::uint32_t
   RepairCounts repairs;
   OutputFrame frame = output_frame(model.surface, NormalizeKind::none);
   const ElementParameters elements = element_parameters(parameters);
+  const PlaceParameters where = place_parameters(parameters);
   const auto place = [&](const auto& order) {
-    return place_samples(model.file, model.surface, model.measure.density, order, model.key,
-                         place_parameters(parameters), frame, repairs);
+    return place_samples({{model.surface, model.measure, model.key}, model.file, where}, order, frame,
+                         repairs);
   };
   model.row.samples = elements.order == ElementOrder::balanced
-                          ? place(build_cells(model.surface, model.measure, {}, {}, model.key, elements))
-                          : place(build_elements(model.surface, model.measure, {}, {}, model.key, elements));
+                          ? place(build_cells({model.surface, model.measure, model.key}, elements))
+                          : place(build_elements({model.surface, model.measure, model.key}, elements));
   return model;
 }
 
@@ -169,8 +170,7 @@ TEST_CASE(
     const CurveElements part = region_elements(surface.regions, surface.source, 0);
     const bool wide = !linear && file.x.size() == round.x.size();
     REQUIRE(part.place.empty() == !wide);
-    const CurveElements whole =
-        build_elements(surface.mesh, surface.measure, {}, {}, test_key, surface.parameters);
+    const CurveElements whole = build_elements({surface.mesh, surface.measure, test_key}, surface.parameters);
     std::vector<std::pair<std::uint32_t, std::uint32_t>> in_part, in_whole;
     surface.elements_of(
         0, [&](std::uint32_t triangle, std::uint32_t path, double) { in_part.emplace_back(triangle, path); });

@@ -266,11 +266,15 @@ TEST_CASE("texture density: masses of elements and cells sum to those of triangl
   for (const char* method : {"auto", "direct"}) {
     const Model model = sampled_model(file, parameters_for(method), 1000);
     std::vector<double> sum(2, 0.0);
-    for (std::size_t i = 0; i < model.elements.count(); ++i)
-      sum[model.elements.triangle[i]] += model.elements.cumulative[i + 1] - model.elements.cumulative[i];
-    for (const Cell& cell : model.cells.cells.cell)
-      for (const CellEntry& entry : model.cells.cells.entries(cell))
-        sum[model.cells.triangle[entry.element()]] += model.cells.cells.mass(entry);
+    if (const auto* const elements = std::get_if<CurveElements>(&model.order)) {
+      for (std::size_t i = 0; i < elements->count(); ++i)
+        sum[elements->triangle[i]] += elements->cumulative[i + 1] - elements->cumulative[i];
+    } else {
+      const auto& cells = std::get<ElementCells>(model.order);
+      for (const Cell& cell : cells.cells.cell)
+        for (const CellEntry& entry : cells.cells.entries(cell))
+          sum[cells.triangle[entry.element()]] += cells.cells.mass(entry);
+    }
     for (std::size_t t = 0; t < 2; ++t) CHECK(sum[t] == Approx(model.measure.masses[t]).epsilon(1e-9));
   }
 }

@@ -179,8 +179,9 @@ LaboratoryResult segment_pieces(const LaboratoryArguments& given) {
   staged_segments(given);
   const Model model = sampled_model(given);
   const PreparedMesh& mesh = model.segments.mesh;
-  const CurveElements& elements = model.elements;
-  if (elements.count() == 0) throw std::invalid_argument("the pieces must lie along a curve");
+  const auto* const along_curve = std::get_if<CurveElements>(&model.order);
+  if (along_curve == nullptr) throw std::invalid_argument("the pieces must lie along a curve");
+  const CurveElements& elements = *along_curve;
   const auto n = static_cast<double>(model.row.samples.count());
   const MeasuredMesh measured = model.segments.measured();
   PieceWalk walk(measured);
