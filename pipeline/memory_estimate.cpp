@@ -225,7 +225,7 @@ std::uint64_t estimate_bytes(const MeshEstimate& mesh, const SampleParameters& p
     const double chart = triangles * bytes_per_chart_triangle;
     const double flatten =
         triangles * bytes_per_tried_triangle + factor_entries(unknowns) * bytes_per_factored_entry;
-    const double leaves = most_leaves_per_mass(curve_of(order_of(parameters))) *
+    const double leaves = max_leaves_per_mass(curve_of(order_of(parameters))) *
                               parameters.locator.curve.leaves_per_sample * samples +
                           triangles;
     const double locate = casts_rays(parameters)

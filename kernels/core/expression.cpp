@@ -230,7 +230,7 @@ double raised(double base, std::uint32_t exponent) {
   return result;
 }
 
-// Number of operands that an operation takes from the stack.
+// The number of operands that an operation takes from the stack.
 int arity_of(Operation operation) {
   switch (operation) {
     case Operation::constant:
@@ -255,7 +255,7 @@ Jet absolute(const Jet& x) {
   return value_of(x) < 0 ? -x : x;
 }
 
-// The value as it is without derivatives, which products with a reciprocal may miss by a last bit.
+// Replaces the value by that of the plain operation, which products with a reciprocal may miss by a last bit.
 double with_value(double, double value) { return value; }
 template <class Jet>
 Jet with_value(Jet x, double value) {

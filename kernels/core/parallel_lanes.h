@@ -1,4 +1,4 @@
-// Independent pieces of work of which only some may hold their memory at once.
+// Independent pieces of work of which only a few may hold their memory at once.
 #pragma once
 
 #include <algorithm>

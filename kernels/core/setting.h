@@ -1,5 +1,5 @@
-// Settings that have one home: a list has each setting's name, option, range or words, help and place in a
-// struct, and command line, stored parameters, Python and pages of help are made from the list by loops.
+// Settings with one home each: a list has each setting's name, option, range or words, help and member of a
+// struct. The command line, stored parameters, Python and the pages of help are made from the list by loops.
 #pragma once
 
 #include <algorithm>
@@ -35,7 +35,7 @@ std::vector<std::string> all_words(const Word<Enum> (&words)[N]) {
   return texts;
 }
 
-// The word of a value; empty for one that has none.
+// The word of a value; empty for a value without a word.
 template <class Enum, std::size_t N>
 const char* text_of(const Word<Enum> (&words)[N], Enum value) {
   for (const auto& word : words)
@@ -43,7 +43,7 @@ const char* text_of(const Word<Enum> (&words)[N], Enum value) {
   return "";
 }
 
-// Sets the value of a word; false, nothing changed, for other texts.
+// Sets `value` to that of a word; returns false and changes nothing for other texts.
 template <class Enum, std::size_t N>
 bool take_word(const Word<Enum> (&words)[N], std::string_view text, Enum& value) {
   for (const auto& word : words)
@@ -54,7 +54,7 @@ bool take_word(const Word<Enum> (&words)[N], std::string_view text, Enum& value)
   return false;
 }
 
-// The texts with commas between them.
+// Joins the texts with `between`.
 template <class Texts>
 std::string joined_texts(const Texts& texts, const char* between = ", ") {
   std::string all;
@@ -62,7 +62,7 @@ std::string joined_texts(const Texts& texts, const char* between = ", ") {
   return all;
 }
 
-// Texts with commas between them, in turn.
+// Calls take(word) for each text between commas, in order.
 template <class Take>
 void for_each_word(std::string_view text, const Take& take) {
   while (!text.empty()) {
@@ -72,7 +72,7 @@ void for_each_word(std::string_view text, const Take& take) {
   }
 }
 
-// What is wrong with a text that is none of the words: one sentence, with the nearest of them.
+// Says what is wrong with a text that is none of the words: one sentence, with the nearest word.
 template <class Texts>
 std::string none_of(std::string_view text, const Texts& words) {
   const std::string near = nearest(text, words);
@@ -89,7 +89,7 @@ struct Setting {
 
   std::string name;                           // in stored parameters
   std::string option;                         // "-n,--samples"; empty: none
-  std::string heading;                        // that the option is under in the help
+  std::string heading;                        // of the option in the help
   std::string help;                           // of the option
   std::string keyword;                        // of Python; empty: none
   std::vector<std::string> words;             // the only texts that it takes; empty: any
@@ -101,11 +101,11 @@ struct Setting {
   std::function<SettingValue(const Settings&)> value;
   std::function<std::string(Settings&, std::string_view)> set;  // returns what is wrong with the text, or ""
   std::function<bool(const Settings&)> recorded;                // empty: always
-  // Whether it acts; where it does not and was given, the sentence says to what it applies.
+  // Whether the setting acts. Where it is given and does not, an error says that it applies to `applies_to`.
   std::function<bool(const Settings&)> acts;
   std::string applies_to;
 
-  // In the form "--samples".
+  // The option in the form "--samples".
   std::string long_option() const { return option.substr(option.rfind(',') + 1); }
 
   Setting& in_python(std::string as) { return keyword = std::move(as), *this; }
@@ -122,7 +122,8 @@ struct Setting {
   }
 };
 
-// Sets a number or a flag from a text: "true" or "false" for flags. Returns what is wrong with it, or "".
+// Sets a number or a flag from a text, for flags "true" or "false". Returns what is wrong with the text, or
+// "".
 template <class Number>
 std::string set_number(Number& number, std::string_view text, double low, double high) {
   Number value{};
@@ -146,10 +147,10 @@ class SettingList {
  public:
   using Item = Setting<Settings>;
 
-  // The settings that follow are under this heading of the help.
+  // Puts the settings that follow under this heading of the help.
   void under(std::string heading) { heading_ = std::move(heading); }
 
-  // at: from the settings to a reference to a number or a flag, as of a const Settings.
+  // Adds a number. `at` maps Settings to a reference to the number or flag, and const Settings likewise.
   template <class At>
   Item& number(std::string name, std::string option, At at, double low, double high, std::string help) {
     Item& item = add(std::move(name), std::move(option), std::move(help));
@@ -166,7 +167,7 @@ class SettingList {
   Item& flag(std::string name, std::string option, At at, std::string help) {
     return number(std::move(name), std::move(option), at, 0, 0, std::move(help));
   }
-  // One of the words for the values of an enum; they must live as long as the list.
+  // Adds a choice among the words for the values of an enum; the words must live as long as the list.
   template <class At, class Enum, std::size_t N>
   Item& word(std::string name, std::string option, At at, const Word<Enum> (&words)[N], std::string help) {
     Item& item = text(
@@ -189,14 +190,14 @@ class SettingList {
     item.set = std::move(set);
     return item;
   }
-  // A value that follows from others, or that no option changes: it is recorded.
+  // Adds a value that follows from others, or that no option changes: it is only recorded.
   template <class Get>
   Item& constant(std::string name, Get get) {
     Item& item = add(std::move(name), "", "");
     item.value = [get](const Settings& settings) { return SettingValue(get(settings)); };
     return item;
   }
-  // The settings of a part.
+  // Adds the settings of a part.
   template <class Part>
   void append(const SettingList<Part>& of_part, Part Settings::*part) {
     for (const Setting<Part>& from : of_part.items()) {
@@ -220,7 +221,7 @@ class SettingList {
   }
 
   std::span<const Item> items() const { return items_; }
-  // Null where there is none.
+  // Null where no setting has the keyword.
   const Item* with_keyword(std::string_view keyword) const {
     for (const Item& item : items_)
       if (!keyword.empty() && item.keyword == keyword) return &item;
@@ -240,7 +241,7 @@ class SettingList {
   std::string heading_ = "Options";
 };
 
-// Names of settings that somebody set.
+// Names of the settings that the user gave.
 using GivenSettings = std::set<std::string, std::less<>>;
 
 // Adds a sentence for every number out of its range.

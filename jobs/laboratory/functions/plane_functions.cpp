@@ -161,7 +161,7 @@ LaboratoryResult curve_cells(const LaboratoryArguments& given) {
   for (std::uint64_t l = 0; l < level; ++l) cells *= kind == CurveKind::hilbert ? 4 : 9;
   std::vector<double> centres;
   for (std::uint64_t rank = 0; rank < cells; ++rank) {
-    const CurvePoint p = curve_cell_centre(kind, rank, static_cast<int>(level));
+    const CurvePoint p = curve_cell_center(kind, rank, static_cast<int>(level));
     centres.insert(centres.end(), {p.u, p.v});
   }
   LaboratoryResult result;
