@@ -9,7 +9,7 @@
 
 namespace meander {
 
-// Half-edges that start at each working vertex, ascending.
+// The half-edges that start at each working vertex, ascending. O(T).
 struct VertexCorners {
   std::vector<std::uint32_t> begin, corners;
 

@@ -35,12 +35,12 @@ void DirichletLaplacian::find_order(const UnknownGraph& graph) {
     for (const std::uint32_t v : disk_.elimination)
       if (unknown_[v] != no_index) order_.push_back(unknown_[v]);
     if (order_.size() == vertex_.size()) return;
-    order_.clear();  // the order of another disk
+    order_.clear();  // that of another disk
   }
   order_ = elimination_order(graph);
 }
 
-// A_II; edges at the boundary go to rim_.
+// Assembles A_II; edges at the boundary go to rim_.
 GraphMatrix DirichletLaplacian::interior_matrix(std::span<const double> half_cotangent) {
   GraphMatrix matrix;
   std::vector<std::uint32_t>&begin = matrix.graph.begin, &neighbours = matrix.graph.neighbours;

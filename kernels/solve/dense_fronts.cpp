@@ -9,13 +9,13 @@ namespace meander {
 
 namespace {
 
-constexpr std::size_t block_width = 32;  // columns that are eliminated before the rest is updated, by tiles
-constexpr std::size_t panel_width = 8;   // of them, columns before those of the block are updated
-constexpr std::size_t min_tiled = 24;    // columns of a block below which packing them does not pay
+constexpr std::size_t block_width = 32;  // columns that are eliminated before tiles update the rest
+constexpr std::size_t panel_width = 8;   // columns that are eliminated before the block is updated
+constexpr std::size_t min_tiled = 24;    // columns of a block from which on packing them pays
 constexpr std::size_t strip = 8;         // rows, and columns, of a tile
 
-// c[j * stride + i] -= sum over k of a[strip * k + i] * b[strip * k + j] for a tile of strip x strip entries;
-// each sum is made in the order of k, and rounded after each product and each addition.
+// Computes c[j * stride + i] -= sum over k of a[strip * k + i] * b[strip * k + j] for a tile of strip x strip
+// entries; each sum is made in the order of k, and rounded after each product and each addition.
 using SubtractTile = void (*)(const double* a, const double* b, std::size_t depth, double* c,
                               std::size_t stride);
 
@@ -91,8 +91,8 @@ SubtractTile tile_of(InstructionSet set) {
 
 std::size_t strips_of(std::size_t count) { return (count + strip - 1) / strip; }
 
-// A factor as the tiles read it: strip by strip, for each k the entries of the strip's rows, zeros past the
-// last. entry(i, k) at from[i * row_step + k * depth_step].
+// Packs a factor as the tiles read it: strip by strip, for each k the entries of the strip's rows, padded
+// with zeros. entry(i, k) stands at from[i * row_step + k * depth_step].
 void pack(const double* from, std::size_t row_step, std::size_t depth_step, std::size_t count,
           std::size_t depth, std::vector<double>& packed) {
   packed.assign(strips_of(count) * strip * depth, 0);
@@ -104,7 +104,7 @@ void pack(const double* from, std::size_t row_step, std::size_t depth_step, std:
   }
 }
 
-// A tile at the edge of the matrix, of which only `rows` x `columns` entries exist.
+// Updates a tile at the edge of the matrix, where only `rows` x `columns` entries exist.
 void subtract_part(SubtractTile subtract, const double* a, const double* b, std::size_t depth, double* c,
                    std::size_t stride, std::size_t rows, std::size_t columns) {
   double tile[strip * strip] = {};
@@ -113,8 +113,8 @@ void subtract_part(SubtractTile subtract, const double* a, const double* b, std:
   for (std::size_t j = 0; j < columns; ++j) std::copy_n(tile + j * strip, rows, c + j * stride);
 }
 
-// Subtracts the product of two packed factors from a square matrix of `count` rows; with `lower` at least
-// from its lower triangle.
+// Subtracts the product of two packed factors from a square matrix of `count` rows, or with `lower` from its
+// lower triangle and the tiles on the diagonal.
 void subtract_product(SubtractTile subtract, const double* a, const double* b, std::size_t depth, double* c,
                       std::size_t stride, std::size_t count, bool lower) {
   for (std::size_t j = 0; j < count; j += strip)
@@ -146,12 +146,13 @@ void subtract_columns(const double* columns, std::size_t rows, std::size_t count
   }
 }
 
-// A front on its way: the columns [begin, end) of a block are done, and taken from [end, last).
+// A front in progress: the columns [begin, end) of a block are done, and subtracted from [end, last).
 class Front {
  public:
   Front(double* values, std::size_t rows) : values_(values), rows_(rows) {}
 
-  // The columns of L, each taken from those behind it in the block. False: a pivot was not positive.
+  // Computes the columns of L, each subtracted from those behind it in the block. False when a pivot is not
+  // positive.
   bool factorise(std::size_t begin, std::size_t end) const {
     for (std::size_t j = begin; j < end; ++j) {
       double* left = column(j);
@@ -167,7 +168,7 @@ class Front {
       subtract_columns(column(begin), rows_, end - begin, column(begin) + k, rows_, column(k), k);
   }
 
-  // The same without symmetry; R stands in the rows of the block. False: a pivot was zero or not finite.
+  // The same without symmetry; R stands in the rows of the block. False when a pivot is zero or not finite.
   bool eliminate(std::size_t begin, std::size_t end) const {
     for (std::size_t j = begin; j < end; ++j) {
       double* left = column(j);
@@ -182,7 +183,7 @@ class Front {
     for (std::size_t k = end; k < last; ++k)
       subtract_columns(column(begin), rows_, end - begin, column(k) + begin, 1, column(k), end);
   }
-  // The rows of R behind the block: the triangle of L beside them is solved for.
+  // Computes the rows of R behind the block, by solving with the triangle of L beside them.
   void solve_rows(std::size_t begin, std::size_t end, std::size_t last) const {
     for (std::size_t k = end; k < last; ++k) {
       double* right = column(k);

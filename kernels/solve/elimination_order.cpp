@@ -10,7 +10,7 @@ std::vector<std::uint32_t> elimination_order(const UnknownGraph& graph) {
   const auto n = static_cast<Eigen::Index>(graph.count());
   std::vector<std::uint32_t> order(graph.count());
   if (n == 0) return order;
-  // The upper triangle; the view below represents the whole matrix.
+  // Fills the upper triangle; the view below represents the whole matrix.
   Pattern pattern(n, n);
   pattern.resizeNonZeros(static_cast<Eigen::Index>(graph.neighbours.size() / 2 + graph.count()));
   int filled = 0;

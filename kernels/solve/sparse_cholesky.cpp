@@ -10,7 +10,7 @@
 
 namespace meander {
 
-// The structure, and the matrix in the order of elimination.
+// Finds the structure, and permutes the matrix to the order of elimination.
 SparseCholesky::Permuted SparseCholesky::analyse(const UnknownGraph& graph, std::span<const double> values,
                                                  std::span<const double> diagonal,
                                                  std::span<const std::uint32_t> order) {
@@ -60,7 +60,7 @@ void SparseCholesky::factorise(const Permuted& matrix, const CancelToken& cancel
   succeeded_ = false;
   cancel.check();
   const LowerTriangle& lower = matrix.lower;
-  // Of an update matrix only the lower triangle is kept.
+  // Only the lower triangle of an update matrix is kept.
   const auto update_entries = [&](std::size_t s) {
     return nodes_.rows_below(s) * (nodes_.rows_below(s) + 1) / 2;
   };
@@ -126,8 +126,8 @@ void SparseCholesky::solve_permuted(double* x) const {
   }
 }
 
-// As solve_permuted, operation by operation for each right-hand side, but by rows: the Count sums of a row
-// stay in registers.
+// Does the operations of solve_permuted for each right-hand side in their order, but by rows, so that the
+// Count sums of a row stay in registers.
 template <int Count>
 void SparseCholesky::solve_rows(double* x) const {
   using Sums = Eigen::Array<double, Count, 1>;

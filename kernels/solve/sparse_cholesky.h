@@ -1,4 +1,4 @@
-// Sparse Cholesky factorisation for symmetric positive definite matrices with the graph of a mesh.
+// Sparse Cholesky factorization for symmetric positive definite matrices with the graph of a mesh.
 #pragma once
 
 #include <cstdint>
@@ -17,13 +17,13 @@ namespace meander {
 // mesh is a third of the factor.
 class SparseCholesky {
  public:
-  // `values` beside graph.neighbours holds the entries off the diagonal (repeats are added up, no vertex
-  // with itself), `diagonal` the others. `order` is the elimination order to start from;
-  // it is refined so that supernodes are contiguous. Throws timeout / RunCancelled.
+  // `values` beside graph.neighbours holds the entries off the diagonal (repeats are added, no vertex is its
+  // own neighbor), `diagonal` those on it. The elimination order starts from `order` and is refined so that
+  // supernodes are contiguous. O(n^1.5) for planar graphs. Throws timeout / RunCancelled.
   void factorise(const UnknownGraph& graph, std::span<const double> values, std::span<const double> diagonal,
                  std::span<const std::uint32_t> order, const CancelToken& cancel = {});
-  // The same; the memory of `matrix` is given back before the factor is made. The work, known from the
-  // structure, is taken out of `budget` first; without it no factor is made.
+  // The same; the memory of `matrix` is freed before the factor is made. The work, known from the structure,
+  // is taken out of `budget` first; where it does not suffice, no factor is made.
   void factorise(GraphMatrix&& matrix, std::span<const std::uint32_t> order, const CancelToken& cancel = {},
                  WorkBudget* budget = nullptr);
 
@@ -32,12 +32,12 @@ class SparseCholesky {
   bool succeeded() const { return succeeded_; }
   std::size_t factor_entries() const { return panel_.size(); }
 
-  // x = A^-1 b in place, for one or two right-hand sides at once.
+  // x = A^-1 b in place, for one or two right-hand sides at once. O(factor_entries()).
   void solve(std::span<double> b) const;
   void solve(std::span<double> b, std::span<double> c) const;
-  // The same for `count` right-hand sides stored side by side: entry i of number c at b[i * count + c].
-  // count = 1, 2, 4, 8 or 16, else std::invalid_argument. Each solution is, bit for bit, that of solve(b);
-  // 16 together take about a quarter of the time of 16 alone (the factor is read once).
+  // The same for `count` right-hand sides stored side by side: entry i of number c at b[i * count + c]. count
+  // = 1, 2, 4, 8 or 16, otherwise std::invalid_argument. Each solution is, bit for bit, that of solve(b).
+  // Many at once are cheaper, because the factor is read once.
   void solve_many(std::span<double> b, std::size_t count) const;
 
  private:

@@ -10,7 +10,7 @@ namespace meander {
 
 namespace {
 
-// Entries (column, row, value) sorted into columns.
+// Sorts entries (column, row, value) into columns.
 LowerTriangle by_columns(std::size_t count, std::span<const std::uint32_t> column,
                          std::span<const std::uint32_t> row, std::span<const double> value) {
   LowerTriangle triangle;

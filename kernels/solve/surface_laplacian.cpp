@@ -17,7 +17,7 @@ IntrinsicSurface intrinsic_component(const PreparedMesh& mesh, const Component& 
     const std::uint32_t other = mesh.opposite[h];
     surface.triangles.push_back(from - component.vertex_begin);
     surface.opposite.push_back(other == no_index ? no_index : other - begin);
-    // The same operands on both sides of an edge.
+    // The operands are the same on both sides of an edge.
     surface.length.push_back(distance(mesh.position(std::min(from, to)), mesh.position(std::max(from, to))));
   }
   return surface;
