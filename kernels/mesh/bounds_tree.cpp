@@ -16,7 +16,6 @@ struct CubeFrame {
   Vector3 center;
   double half = 1;
 };
-};
 
 CubeFrame cube_frame_of(std::span<const double> low, std::span<const double> high) {
   std::array<double, 3> min, max;

@@ -15,7 +15,8 @@ namespace meander {
 
 namespace {
 
-// Per half-edge: |e| (1 + c sin^2 a), the mean over both sides with area. Boundary half-edges: not used.
+// The cost of each half-edge: |e| (1 + c sin^2 a), the mean over both sides with area. Boundary half-edges
+// are not used.
 std::vector<double> edge_costs(const PreparedMesh& mesh, const TensorField& field, double bend) {
   std::vector<double> share(mesh.triangles.size(), -1.0);
   parallel_blocks(mesh.triangle_count(), tensor_block, [&](std::size_t begin, std::size_t end) {
@@ -45,8 +46,8 @@ std::vector<double> edge_costs(const PreparedMesh& mesh, const TensorField& fiel
   return cost;
 }
 
-// Boruvka's spanning forest between groups of vertices along shortest paths (Mehlhorn 1988), as far as groups
-// still want to be joined.
+// Boruvka's spanning forest between groups of vertices along shortest paths (Mehlhorn 1988), as long as
+// groups are open.
 class GroupJoiner {
  public:
   GroupJoiner(const PreparedMesh& mesh, std::vector<double> cost, std::span<const Singularity> singularities)
@@ -61,7 +62,7 @@ class GroupJoiner {
         distance_(mesh.vertex_count()),
         arrival_(mesh.vertex_count()),
         reached_by_(mesh.vertex_count()) {
-    // A group is named by the smallest of its singular vertices plus 1; 0 is the boundary.
+    // A group is named by the smallest of its singular vertices plus 1; group 0 is the boundary.
     for (std::uint32_t h = 0; h < mesh.opposite.size(); ++h)
       if (mesh.opposite[h] == no_index)
         for (const std::uint32_t end : {h, next_half_edge(h)}) {
@@ -111,7 +112,7 @@ class GroupJoiner {
     }
     bool any = false;
     for (const std::uint32_t site : sites_) {
-      // Before this round's joins groups are still named as the flood named them.
+      // Before this round's joins, groups still have the names that the flood gave them.
       const std::uint32_t group = reached_by_[site - 1], h = best[group].half_edge;
       if (!was_open_[group] || h == no_index) continue;
       const std::uint32_t a = mesh_.triangles[h], b = mesh_.triangles[next_half_edge(h)];
@@ -174,12 +175,12 @@ class GroupJoiner {
   VertexCorners around_;
   std::vector<double> cost_;
   DisjointSets groups_;
-  std::vector<std::uint32_t> owner_;      // V: a name of the group that the vertex lies in, no_index: none
+  std::vector<std::uint32_t> owner_;      // V: a name of the vertex's group, no_index: none
   std::vector<std::int32_t> half_turns_;  // by group
   std::vector<std::uint8_t> joined_, cut_, was_open_;
   std::vector<double> distance_;
   std::vector<std::uint32_t> arrival_, reached_by_;
-  std::vector<std::uint32_t> sites_;  // names of the groups that singularities began
+  std::vector<std::uint32_t> sites_;  // names of the groups that singularities started
 };
 
 }  // namespace

@@ -18,10 +18,10 @@ namespace {
 
 constexpr std::size_t fitting_block = 1024;
 // The edges of a vertex span its plane when the smaller moment is at least this share of the larger one.
-constexpr double least_span = 1e-4;
+constexpr double min_span = 1e-4;
 
-// Moments of the steps e and of the turns d of the normal along them: |A e - d|^2 is least, over symmetric A,
-// where A E + E A = D + D^T with E = sum w e e^T, D = sum w d e^T.
+// Moments of the steps e and of the turns d of the normal along them. The least-squares fit of A e to d over
+// symmetric A satisfies A E + E A = D + D^T with E = sum w e e^T, D = sum w d e^T.
 struct TurnFit {
   TangentTensor steps;             // E
   double xx = 0, xy = 0, yy = 0;   // symmetric part of D
@@ -37,7 +37,7 @@ struct TurnFit {
   }
   bool solve(TangentTensor& result) const {
     const TensorAxes axes = tensor_axes(steps);
-    if (!(axes.first > 0) || !(axes.second > least_span * axes.first)) return false;
+    if (!(axes.first > 0) || !(axes.second > min_span * axes.first)) return false;
     TangentTensor turned = in_turned_frame({xx, xy, yy}, axes.x, axes.y);
     turned = {turned.xx / axes.first, 2 * turned.xy / (axes.first + axes.second), turned.yy / axes.second};
     result = in_turned_frame(turned, axes.x, -axes.y);
@@ -60,7 +60,7 @@ std::vector<std::uint8_t> boundary_vertices(const PreparedMesh& mesh) {
   return boundary;
 }
 
-// The fit at one vertex; `keep(a, b)`: whether an edge between vertices a and b counts.
+// The fit at one vertex; keep(a, b) says whether an edge between vertices a and b counts.
 template <class Keep>
 TurnFit fit_at(const PreparedMesh& mesh, std::span<const TangentFrame> frames,
                std::span<const std::uint32_t> corners, const TangentFrame& at, const Keep& keep) {
@@ -79,7 +79,7 @@ TurnFit fit_at(const PreparedMesh& mesh, std::span<const TangentFrame> frames,
   return fit;
 }
 
-// Transported mean over the neighbours that had a value before this round.
+// Gives vertices without a value the transported mean of the neighbors that had one before each round.
 void fill_unknown(const PreparedMesh& mesh, std::span<const TangentFrame> frames, const VertexCorners& around,
                   std::vector<std::uint8_t>& known, std::vector<TangentTensor>& tensors) {
   std::vector<std::uint32_t> unknown;
@@ -115,7 +115,7 @@ void fill_unknown(const PreparedMesh& mesh, std::span<const TangentFrame> frames
   }
 }
 
-// The curvature above which curvatures count as this one: the quantile over the part that is not flat.
+// The cap on curvatures: their quantile over the part that is not flat.
 double largest_curvature(const PreparedMesh& mesh, std::span<const double> bend, double epsilon,
                          double share) {
   std::vector<double> area(bend.size(), 0.0);
@@ -134,7 +134,8 @@ std::vector<TangentTensor> curvature_tensors(const PreparedMesh& mesh, std::span
   std::vector<TangentTensor> result(vertices);
   std::vector<std::uint8_t> known(vertices, 0);
   const double rounding = 0x1p-24 * (1 + norm(centre_in_units(mesh)));
-  // Coordinates off by `rounding` turn normals by rounding / length, and curvatures by that once more.
+  // Coordinates off by `rounding` turn normals by rounding / length, and change curvatures by that over
+  // length.
   const auto accept = [&](const TurnFit& fit, std::size_t v) {
     if (!fit.solve(result[v])) return;
     const TensorAxes axes = tensor_axes(result[v]);
@@ -150,7 +151,7 @@ std::vector<TangentTensor> curvature_tensors(const PreparedMesh& mesh, std::span
   });
   cancel.check();
   fill_unknown(mesh, frames, around, known, result);
-  // Narrow strips: nothing but the boundary to go by.
+  // Vertices of narrow strips have only boundary edges.
   const std::vector<std::uint8_t> filled = known;
   const auto all = [](std::uint32_t, std::uint32_t) { return true; };
   for (std::size_t v = 0; v < vertices; ++v)
@@ -181,11 +182,11 @@ std::vector<TangentTensor> curvature_field(const PreparedMesh& mesh, std::span<c
   }
   const double largest =
       parameters.adaptive ? largest_curvature(mesh, bend, epsilon, parameters.quantile) : 0.0;
-  const double least_share = 1 / (parameters.max_ratio * parameters.max_ratio);
+  const double min_share = 1 / (parameters.max_ratio * parameters.max_ratio);
   parallel_blocks(field.size(), fitting_block, [&](std::size_t begin, std::size_t end) {
     for (std::size_t v = begin; v < end; ++v) {
       TensorAxes axes = tensor_axes(field[v]);
-      // Where the first one bends more, the second direction is the long one: the axes change places.
+      // Where the first direction bends more, the second is the long one: the axes change places.
       double flat = std::abs(axes.second), bent = std::abs(axes.first);
       double x = -axes.y, y = axes.x;
       if (flat > bent) {
@@ -198,7 +199,7 @@ std::vector<TangentTensor> curvature_field(const PreparedMesh& mesh, std::span<c
         bent = largest;
       }
       bent += epsilon;
-      flat = std::max(flat + epsilon, least_share * bent);
+      flat = std::max(flat + epsilon, min_share * bent);
       double first = -0.5 * portable::log(flat), second = -0.5 * portable::log(bent);
       if (!parameters.adaptive) {
         first = 0.5 * (first - second);
@@ -208,10 +209,10 @@ std::vector<TangentTensor> curvature_field(const PreparedMesh& mesh, std::span<c
     }
   });
   smooth_tensors(mesh, frames, field, parameters.smoothing, cancel);
-  const double least_log = portable::log(isotropic_ratio);
+  const double min_log = portable::log(isotropic_ratio);
   for (TangentTensor& tensor : field) {
     const TensorAxes axes = tensor_axes(tensor);
-    if (axes.first - axes.second < least_log) tensor = 0.5 * trace(tensor) * TangentTensor{1, 0, 1};
+    if (axes.first - axes.second < min_log) tensor = 0.5 * trace(tensor) * TangentTensor{1, 0, 1};
   }
   return field;
 }

@@ -1,4 +1,4 @@
-// The trace-free part of a tangent tensor: as a vector, at twice the angle of the first principal direction.
+// The trace-free part of a tangent tensor as a vector, at twice the angle of the first principal direction.
 #pragma once
 
 #include <cmath>

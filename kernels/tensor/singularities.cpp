@@ -16,8 +16,8 @@ namespace meander {
 namespace {
 
 constexpr double pi = std::numbers::pi;
-// Deviators of log S shorter than this have no direction at all.
-constexpr double least_deviator = 1e-12;
+// Deviators of log S shorter than this have no direction.
+constexpr double min_deviator = 1e-12;
 
 double wrapped(double angle) {
   const double turns = std::round(angle / (2 * pi));
@@ -46,7 +46,7 @@ class CornerAngles {
   double inner(std::uint32_t h) const { return inner_[h]; }
   // Change of the doubled angle from corner h to the next corner of its triangle.
   double along(std::uint32_t h) const { return wrapped(doubled_[next_half_edge(h)] - doubled_[h]); }
-  // From corner h to the corner of the same vertex on the other side of half-edge h, which must exist.
+  // The same from corner h to the corner of its vertex on the other side of half-edge h, which must exist.
   double across(std::uint32_t h) const {
     return wrapped(doubled_[next_half_edge(mesh_.opposite[h])] - carried(h, doubled_[h]));
   }
@@ -66,19 +66,19 @@ class CornerAngles {
     direction_[3 * t + 2] = direction_[3 * t + 1] + pi - inner_[3 * t + 2];
     for (std::size_t h = 3 * t; h < 3 * t + 3; ++h) {
       const Deviator d = deviator(field.corner[h]);
-      known_[h] = mesh_.area[t] > 0 && length(d) > least_deviator;
+      known_[h] = mesh_.area[t] > 0 && length(d) > min_deviator;
       doubled_[h] = known_[h] ? full_angle(d.y, d.x) : 0;
     }
   }
 
-  // A doubled angle in the triangle of h as seen from the triangle behind h, unfolded.
+  // Unfolds a doubled angle from the triangle of h into the triangle behind h.
   double carried(std::uint32_t h, double angle) const {
     return angle - 2 * direction_[h] + 2 * direction_[mesh_.opposite[h]];
   }
 
-  // The four corners linked to corner h, and the angle that they propose.
+  // Visits the four corners linked to corner h with the angles that they propose.
   template <class Visit>
-  void neighbours(std::uint32_t h, const Visit& visit) const {
+  void neighbors(std::uint32_t h, const Visit& visit) const {
     const std::uint32_t next = next_half_edge(h), last = previous_half_edge(h);
     visit(next, doubled_[next]);
     visit(last, doubled_[last]);
@@ -87,7 +87,7 @@ class CornerAngles {
     if (const std::uint32_t o = mesh_.opposite[last]; o != no_index) visit(o, carried(o, doubled_[o]));
   }
 
-  // Corners without a direction take the mean of their neighbours, from the rim inwards.
+  // Gives corners without a direction the mean of their neighbors, from the rim inwards.
   void fill() {
     std::vector<std::uint32_t> front, next;
     std::vector<std::uint8_t> queued(known_.size(), 0);
@@ -98,7 +98,7 @@ class CornerAngles {
     };
     for (std::uint32_t h = 0; h < known_.size(); ++h)
       if (!known_[h])
-        neighbours(h, [&](std::uint32_t other, double) {
+        neighbors(h, [&](std::uint32_t other, double) {
           if (known_[other]) queue(h);
         });
     std::vector<double> angle;
@@ -108,7 +108,7 @@ class CornerAngles {
       angle.clear();
       for (const std::uint32_t h : front) {
         double first = 0, sum = 0, count = 0;
-        neighbours(h, [&](std::uint32_t other, double proposal) {
+        neighbors(h, [&](std::uint32_t other, double proposal) {
           if (!known_[other]) return;
           if (count == 0) first = proposal;
           sum += wrapped(proposal - first);
@@ -120,7 +120,7 @@ class CornerAngles {
         doubled_[front[i]] = angle[i];
         known_[front[i]] = 1;
       }
-      for (const std::uint32_t h : front) neighbours(h, [&](std::uint32_t other, double) { queue(other); });
+      for (const std::uint32_t h : front) neighbors(h, [&](std::uint32_t other, double) { queue(other); });
     }
   }
 
@@ -137,7 +137,7 @@ bool is_isotropic(TangentTensor log_spacing) {
 
 Singularity in_triangle(const PreparedMesh& mesh, const TensorField& field, std::uint32_t t,
                         std::int32_t half_turns) {
-  // The deviator is linear: weights are the signed areas opposite to the corners.
+  // The deviator is linear, so weights are the signed areas opposite to the corners.
   std::array<Deviator, 3> d;
   for (std::size_t k = 0; k < 3; ++k) d[k] = deviator(field.corner[3 * t + k]);
   Singularity result{SingularityPlace::triangle, t, half_turns, {1.0 / 3, 1.0 / 3, 1.0 / 3}, {}, 0};
@@ -152,13 +152,13 @@ Singularity in_triangle(const PreparedMesh& mesh, const TensorField& field, std:
     if (inside) result.weights[k] = w[k] / sum;
     result.position = result.position + result.weights[k] * mesh.position(mesh.triangles[3 * t + k]);
   }
-  const auto most = std::max_element(result.weights.begin(), result.weights.end()) - result.weights.begin();
-  result.vertex = mesh.triangles[3 * t + static_cast<std::size_t>(most)];
+  const auto nearest = std::max_element(result.weights.begin(), result.weights.end());
+  result.vertex = mesh.triangles[3 * t + static_cast<std::size_t>(nearest - result.weights.begin())];
   return result;
 }
 
-// Isotropic regions (vertices all of whose corners are) with the singularities in and around them: one for
-// the sum of each region, where the field around has a direction.
+// Gathers the singularities in and around each isotropic region (vertices with isotropic corners only) to one
+// with their sum, where the field around has a direction.
 void gather_isotropic(const PreparedMesh& mesh, const TensorField& field, std::vector<Singularity>& list) {
   std::vector<std::uint8_t> isotropic(mesh.vertex_count(), 1), boundary(mesh.vertex_count(), 0);
   for (std::uint32_t h = 0; h < mesh.triangles.size(); ++h) {
@@ -175,7 +175,7 @@ void gather_isotropic(const PreparedMesh& mesh, const TensorField& field, std::v
     Vector3 sum;
     double count = 0;
     std::int32_t half_turns = 0;
-    bool open = false;  // reaches the boundary: its turns are not known
+    bool open = false;  // reaches the boundary: its turns are unknown
     double nearest = 0;
     std::size_t best = SIZE_MAX;
   };
@@ -190,7 +190,7 @@ void gather_isotropic(const PreparedMesh& mesh, const TensorField& field, std::v
   for (const Component& component : mesh.components) {
     const std::uint32_t first = component.vertex_begin;
     if (isotropic[first] && region[regions.find(first)].count == component.vertex_end - first)
-      region[regions.find(first)].open = true;  // all of it: no direction anywhere
+      region[regions.find(first)].open = true;  // the whole component: no direction anywhere
   }
   const auto region_of = [&](const Singularity& s) -> std::uint32_t {
     std::array<std::uint32_t, 3> v{s.element, s.element, s.element};
@@ -198,7 +198,7 @@ void gather_isotropic(const PreparedMesh& mesh, const TensorField& field, std::v
       for (std::size_t k = 0; k < 3; ++k) v[k] = mesh.triangles[3 * s.element + k];
     if (s.place == SingularityPlace::edge)
       v = {mesh.triangles[s.element], mesh.triangles[next_half_edge(s.element)], mesh.triangles[s.element]};
-    // Isotropic vertices of one cell are neighbours: one region.
+    // Isotropic vertices of one cell are neighbors, in one region.
     for (const std::uint32_t vertex : v)
       if (isotropic[vertex]) return regions.find(vertex);
     return no_index;
@@ -243,7 +243,7 @@ TensorIndices tensor_indices(const PreparedMesh& mesh, const TensorField& field,
   });
   for (std::size_t t = 0; t < result.triangle.size(); ++t)
     result.triangle[t] = whole_turns(along[3 * t] + along[3 * t + 1] + along[3 * t + 2]);
-  std::vector<double> turn(mesh.vertex_count(), 4 * pi);  // twice the defect, minus the links
+  std::vector<double> turn(mesh.vertex_count(), 4 * pi);  // twice the defect, less the links
   std::vector<std::uint8_t> boundary(mesh.vertex_count(), 0);
   for (std::uint32_t h = 0; h < along.size(); ++h) {
     const std::uint32_t o = mesh.opposite[h];

@@ -1,4 +1,4 @@
-// Gathers at every vertex from the triangles around it, so that no two threads add to one number.
+// Sums are gathered at every vertex from the triangles around it, so no two threads add to one number.
 #include "kernels/tensor/vertex_tensors.h"
 
 #include "kernels/core/parallel.h"
@@ -10,18 +10,18 @@ namespace meander {
 namespace {
 
 constexpr std::size_t smoothing_block = 2048;
-// Sums of normals shorter than this share of their terms are rounding.
-constexpr double least_sum = 1e-9;
+// Sums of normals shorter than this share of their terms are rounding errors.
+constexpr double min_sum = 1e-9;
 
 struct NormalSum {
   Vector3 sum;
-  double weight = 0;  // what the sum would measure if all normals agreed
+  double weight = 0;  // the length of the sum if all normals agreed
 
   void add(Vector3 v, double w) {
     sum = sum + v;
     weight += w;
   }
-  bool known() const { return norm(sum) > least_sum * weight && weight > 0; }
+  bool known() const { return norm(sum) > min_sum * weight && weight > 0; }
 };
 
 NormalSum max_normal(const PreparedMesh& mesh, std::span<const std::uint32_t> corners) {
@@ -39,8 +39,8 @@ NormalSum max_normal(const PreparedMesh& mesh, std::span<const std::uint32_t> co
   return normal;
 }
 
-// How tensors come from a neighbour into the frame of a vertex: the double angle that their deviators turn
-// by, and the areas beside the edge, summed.
+// The transport of tensors from a neighbor into the frame of a vertex: the double angle that their deviators
+// turn by, and the sum of the areas beside the edge.
 struct FrameTurn {
   std::uint32_t to, from;
   double cosine, sine, weight;
@@ -52,15 +52,16 @@ TangentTensor turned(TangentTensor a, const FrameTurn& turn) {
   return {middle + x, y, middle - x};
 }
 
-// transport() of a tensor, as an angle. Both half-edges of an edge turn by the same one, there and back.
+// The transport() of a tensor as an angle. Both half-edges of an edge turn by the same angle, in opposite
+// directions.
 FrameTurn turn_between(const TangentFrame& from, const TangentFrame& to) {
   const TangentTensor x = transport(TangentTensor{1, 0, -1}, from, to);
   return {0, 0, 0.5 * (x.xx - x.yy), x.xy, 0};
 }
 
-// Of all vertices, ascending by `to`.
-std::vector<FrameTurn> turns_to_neighbours(const PreparedMesh& mesh, std::span<const TangentFrame> frames,
-                                           const CancelToken& cancel) {
+// The turns of all vertices, ascending by `to`.
+std::vector<FrameTurn> turns_to_neighbors(const PreparedMesh& mesh, std::span<const TangentFrame> frames,
+                                          const CancelToken& cancel) {
   const auto area_at = [&](std::uint32_t h) { return h == no_index ? 0.0 : mesh.area[h / 3]; };
   std::vector<std::uint32_t> begin(mesh.vertex_count() + 1, 0);
   const auto each_edge = [&](const auto& body) {
@@ -148,7 +149,7 @@ std::vector<TangentFrame> vertex_frames(const PreparedMesh& mesh) {
 void smooth_tensors(const PreparedMesh& mesh, std::span<const TangentFrame> frames,
                     std::span<TangentTensor> log_spacing, unsigned rounds, const CancelToken& cancel) {
   if (rounds == 0) return;
-  const std::vector<FrameTurn> turns = turns_to_neighbours(mesh, frames, cancel);
+  const std::vector<FrameTurn> turns = turns_to_neighbors(mesh, frames, cancel);
   std::vector<std::uint32_t> begin(mesh.vertex_count() + 1, 0);
   for (const FrameTurn& turn : turns) ++begin[turn.to + 1];
   for (std::size_t v = 1; v < begin.size(); ++v) begin[v] += begin[v - 1];
