@@ -111,7 +111,7 @@ double geodesic_bytes(double triangles, double unknowns, const SampleParameters&
 // about a hundred vectors, of all components at most as many vertices as are allowed.
 double shape_dna_bytes(double triangles) {
   constexpr double bytes_per_remeshed_triangle = 120, basis_vectors = 110;
-  constexpr double vertices = shape_dna_most_vertices, vertices_per_triangle = 3;  // of soups
+  constexpr double vertices = shape_dna_max_vertices, vertices_per_triangle = 3;  // of soups
   return triangles * bytes_per_remeshed_triangle +
          std::min(vertices, shape_dna_samples + vertices_per_triangle * triangles) *
              (bytes_per_chart_triangle * 2 + basis_vectors * sizeof(double)) +

@@ -33,8 +33,8 @@ const PairLoops& pair_loops(InstructionSet set) {
     return scalar_pair_loops;
 }
 
-// The points that can be an end of a longest pair: with r the distances from the box's centre, those with
-// r + max r at least the length of some pair. Few on most shapes, all on a sphere.
+// The points that may be an end of a longest pair: with r the distances from the center of the box, those
+// with r + max r at least the length of some pair. Few on most shapes, all on a sphere.
 PairPoints far_points(const PairPoints& points) {
   const std::size_t n = points.count;
   const auto middle = [n](const std::vector<float>& values) {
@@ -50,7 +50,7 @@ PairPoints far_points(const PairPoints& points) {
   std::vector<double> radius(n);
   for (std::size_t i = 0; i < n; ++i) radius[i] = distance_to(i, cx, cy, cz);
   auto end = static_cast<std::size_t>(std::max_element(radius.begin(), radius.end()) - radius.begin());
-  const double most = radius[end];
+  const double max_radius = radius[end];
   double known = 0;
   for (int sweep = 0; sweep < 3; ++sweep) {
     const double x = points.x[end], y = points.y[end], z = points.z[end];
@@ -62,7 +62,7 @@ PairPoints far_points(const PairPoints& points) {
   }
   PairPoints far;
   for (std::size_t i = 0; i < n; ++i) {
-    if (radius[i] + most < known * (1 - 1e-5)) continue;  // far more than float distances are off
+    if (radius[i] + max_radius < known * (1 - 1e-5)) continue;  // beyond the error of float distances
     far.x.push_back(points.x[i]);
     far.y.push_back(points.y[i]);
     far.z.push_back(points.z[i]);
@@ -98,14 +98,14 @@ void add_counts(const PairCounter& counter, std::span<std::uint64_t> counts) {
   }
 }
 
-// range: working units; 0 puts every pair into bin 0.
+// Counts the pairs. range: working units; 0 puts every pair into bin 0.
 void count_pairs(const PairPoints& points, const PairLoops& loops, double range, const CancelToken& cancel,
                  DistanceHistogram& histogram) {
   const std::size_t bins = histogram.counts.size();
   PairCounter counter;
   counter.factor = range > 0 ? static_cast<float>(std::min(1e30, static_cast<double>(bins) / range)) : 0.0f;
   counter.top = static_cast<float>(bins) - 0.5f;
-  counter.side_bits = bins <= most_joint_bins ? static_cast<unsigned>(std::bit_width(bins - 1)) : 0u;
+  counter.side_bits = bins <= max_joint_bins ? static_cast<unsigned>(std::bit_width(bins - 1)) : 0u;
   counter.copy_stride = counter.side_bits > 0 ? std::size_t{1} << (2 * counter.side_bits) : bins;
   const auto parts =
       results_of_tasks<std::vector<std::uint64_t>>(points.count, [&](std::size_t begin, std::size_t end) {
@@ -148,7 +148,7 @@ struct WeightedPoints {
   }
 };
 
-// One result per block of rows, to be added up in order: make(), then add(result, i, j) for all j > i.
+// Returns one result per block of rows, to be added in order: make(), then add(result, i, j) for all j > i.
 template <class Result, class Make, class Add>
 std::vector<Result> weighted_blocks(std::size_t n, const Make& make, const Add& add) {
   std::vector<Result> results((n + weighted_rows - 1) / weighted_rows);
