@@ -13,8 +13,8 @@ namespace meander {
 
 namespace {
 
-// Weights of the four samples -1, 0, 1, 2 around a cell, for value and first two derivatives by the cell's
-// own coordinate.
+// Weights of the four samples -1, 0, 1, 2 around a cell, for the value and its first two derivatives by the
+// cell's own coordinate.
 struct Stencil {
   std::array<double, 4> value{}, first{}, second{};
 };

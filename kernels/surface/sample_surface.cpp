@@ -24,9 +24,6 @@ namespace {
 
 constexpr std::size_t sample_block = 1024;
 constexpr int max_redraws = 64;
-// A draw is accepted with a probability near 1 on smooth surfaces; this many misses mean a leaf whose measure
-// sits in a spot that the quadrature saw and hardly any draw finds.
-constexpr std::uint32_t max_trials = 1000;
 
 void throw_problems(const SurfaceSampleParameters& parameters) {
   std::string all;
@@ -34,14 +31,14 @@ void throw_problems(const SurfaceSampleParameters& parameters) {
   if (!all.empty()) throw std::invalid_argument(all);
 }
 
-// One sample on its way: its leaf, and how many random numbers it has used up.
+// A sample without a point yet: its leaf, and the number of random numbers it has used.
 struct Draft {
   std::uint32_t rank = 0;
   std::uint32_t counter = 0;
   SurfaceLeaf leaf;
 };
 
-// Draws points and writes them to their place.
+// Draws points and writes them to their place in the file.
 class SurfacePlacer {
  public:
   SurfacePlacer(const SurfaceMeasure& measure, const PatchTree& tree, RandomKey key, PlaceKind place,
@@ -62,7 +59,7 @@ class SurfacePlacer {
     for (std::size_t r = begin; r < end; ++r)
       drafts[r - begin] = {static_cast<std::uint32_t>(r), 0, leaf_at(tree_, position_[r] * tree_.total())};
     if (place_ == PlaceKind::vertex)
-      put_centres(drafts);
+      put_centers(drafts);
     else
       draw(drafts, violations);
   }
@@ -86,8 +83,8 @@ class SurfacePlacer {
   }
 
  private:
-  // mu-uniform points of the leaves: uniform ones, accepted with probability measure / bound. All drafts that
-  // are still without a point are evaluated in one batch.
+  // Draws mu-uniform points of the leaves: uniform ones, accepted with probability measure / bound. All
+  // drafts without a point are evaluated in one batch.
   void draw(std::vector<Draft>& drafts, std::uint64_t& violations) {
     std::vector<double> s(drafts.size()), t(drafts.size());
     MeasureBatch batch;
@@ -117,8 +114,8 @@ class SurfacePlacer {
     }
   }
 
-  // The survey's own placement: the vertex of the curve, which is the centre of the leaf.
-  void put_centres(const std::vector<Draft>& drafts) {
+  // Places samples as Quinn et al. do: at the vertex of the curve, which is the center of the leaf.
+  void put_centers(const std::vector<Draft>& drafts) {
     std::vector<double> s(drafts.size()), t(drafts.size());
     for (std::size_t i = 0; i < drafts.size(); ++i) {
       s[i] = drafts[i].leaf.s + 0.5 * drafts[i].leaf.side;
@@ -228,7 +225,7 @@ SurfaceSamples sample_surface(const ParametricSurface& surface, const SurfaceSam
     const SurfaceStrata strata(measure, tree, count, key);
     spaced = space_samples(strata, parameters.order == OrderKind::progressive, key,
                            spacing_parameters(parameters.spacing), cancel);
-    // Where samples that coincide are drawn anew.
+    // Samples that coincide are drawn anew from here.
     sequence.position = strata.middles();
     samples.curve_rank = std::move(spaced.rank_of_index);
   } else {
