@@ -92,33 +92,17 @@ class Compiler {
     emit(Operation::constant, static_cast<std::uint32_t>(constants_.size() - 1), 1);
   }
 
-  void sum() {
-    product();
-    while (true) {
-      if (take('+')) {
-        product();
-        emit(Operation::add, 0, -1);
-      } else if (take('-')) {
-        product();
-        emit(Operation::subtract, 0, -1);
-      } else {
-        return;
-      }
-    }
-  }
+  void sum() { operands(&Compiler::product, '+', Operation::add, '-', Operation::subtract); }
+  void product() { operands(&Compiler::sign, '*', Operation::multiply, '/', Operation::divide); }
 
-  void product() {
-    sign();
+  // Operands with either of two operators between them, left-associative.
+  void operands(void (Compiler::*operand)(), char one, Operation first, char other, Operation second) {
+    (this->*operand)();
     while (true) {
-      if (take('*')) {
-        sign();
-        emit(Operation::multiply, 0, -1);
-      } else if (take('/')) {
-        sign();
-        emit(Operation::divide, 0, -1);
-      } else {
-        return;
-      }
+      const bool is_first = take(one);
+      if (!is_first && !take(other)) return;
+      (this->*operand)();
+      emit(is_first ? first : second, 0, -1);
     }
   }
 

@@ -8,6 +8,7 @@
 #include <oneapi/tbb/task_group.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cstddef>
 #include <new>
 #include <span>
@@ -31,32 +32,9 @@ inline void require_task_memory() {
   ::operator delete(::operator new(bytes));
 }
 
-// Calls body(begin, end) over [0, count) in blocks of at most `block` elements. Blocks are the same for every
-// thread count; body must not touch another block's output. Isolated: a thread that waits here never starts
-// an outer task (it could re-enter the node body it is in). Exceptions of body are rethrown.
-template <class Body>
-void parallel_blocks(std::size_t count, std::size_t block, const Body& body) {
-  if (count == 0) return;
-  const std::size_t blocks = (count + block - 1) / block;
-  if (blocks == 1 || count < parallel_threshold) {
-    for (std::size_t b = 0; b < blocks; ++b) body(b * block, std::min(count, (b + 1) * block));
-    return;
-  }
-  const LoopHandoff loop;
-  oneapi::tbb::task_group_context unbound(oneapi::tbb::task_group_context::isolated);
-  oneapi::tbb::this_task_arena::isolate([&] {
-    oneapi::tbb::parallel_for(
-        std::size_t{0}, blocks,
-        [&](std::size_t b) MEANDER_CALLED_BY_TBB {
-          const LoopHandoff::Task task(loop);
-          body(b * block, std::min(count, (b + 1) * block));
-        },
-        unbound);
-  });
-}
-
 // Calls body(i) for i in [0, count), each call a task of its own: for few, unequal, independent pieces of
-// work (the components of a model). Isolated like parallel_blocks.
+// work (the components of a model). Isolated: a thread that waits here never starts an outer task (it could
+// re-enter the node body it is in). Exceptions of body are rethrown.
 template <class Body>
 void parallel_tasks(std::size_t count, const Body& body) {
   if (count < 2) {
@@ -73,6 +51,36 @@ void parallel_tasks(std::size_t count, const Body& body) {
           body(i);
         },
         unbound);
+  });
+}
+
+// Calls body(begin, end) over [0, count) in blocks of at most `block` elements. Blocks are the same for every
+// thread count; body must not touch another block's output. Isolated: a thread that waits here never starts
+// an outer task (it could re-enter the node body it is in). Exceptions of body are rethrown.
+template <class Body>
+void parallel_blocks(std::size_t count, std::size_t block, const Body& body) {
+  if (count == 0) return;
+  const std::size_t blocks = (count + block - 1) / block;
+  if (blocks == 1 || count < parallel_threshold) {
+    for (std::size_t b = 0; b < blocks; ++b) body(b * block, std::min(count, (b + 1) * block));
+    return;
+  }
+  parallel_tasks(blocks, [&](std::size_t b) { body(b * block, std::min(count, (b + 1) * block)); });
+}
+
+// Calls body(i) for i in [0, count), at most `lanes` >= 1 calls at a time whatever the number of threads: for
+// pieces whose scratch would otherwise grow with it. Isolated like parallel_blocks. Exceptions of body are
+// rethrown; no further call begins after one.
+template <class Body>
+void parallel_lanes(std::size_t count, std::size_t lanes, const Body& body) {
+  std::atomic<std::size_t> next{0};
+  parallel_tasks(std::min(count, lanes), [&](std::size_t) {
+    try {
+      for (std::size_t i; (i = next.fetch_add(1)) < count;) body(i);
+    } catch (...) {
+      next = count;
+      throw;
+    }
   });
 }
 

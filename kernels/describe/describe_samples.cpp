@@ -82,7 +82,7 @@ std::vector<std::vector<float>> geodesic(const DescriptorInput& input) {
   GeodesicHistogramParameters histogram;
   histogram.bins = parameters.bins;
   histogram.sources = parameters.geodesic_sources;
-  histogram.scale = parameters.scale == HistogramScale::mean ? GeodesicScale::mean : GeodesicScale::largest;
+  histogram.scale = parameters.scale;
   const std::size_t sources = histogram.sources == 0
                                   ? points.triangle.size()
                                   : std::min<std::size_t>(histogram.sources, points.triangle.size());

@@ -11,10 +11,10 @@
 
 namespace meander {
 
-// The scale that the range of the bins is tied to.
+// The scale that the range of the bins is tied to; larger distances count in the last bin.
 enum class HistogramScale : std::uint8_t {
-  largest,  // the largest distance: bins on [0, largest]
-  mean,     // the mean distance: bins on [0, 3 mean]
+  largest,  // the largest distance (Quinn et al.): bins on [0, largest]
+  mean,     // the mean distance (Osada et al. 2002): bins on [0, 3 mean]
 };
 
 struct DistanceHistogramParameters {

@@ -56,7 +56,7 @@ GeodesicHistogram geodesic_histogram(const HeatGeodesics& geodesics, PointsOnMes
   histogram.disconnected_share = static_cast<double>(apart) / static_cast<double>(apart + histogram.pairs);
   if (histogram.pairs == 0) return histogram;
   histogram.mean = sum / static_cast<double>(histogram.pairs);
-  histogram.upper = parameters.scale == GeodesicScale::largest ? histogram.largest : 3 * histogram.mean;
+  histogram.upper = parameters.scale == HistogramScale::largest ? histogram.largest : 3 * histogram.mean;
 
   std::vector<std::uint64_t> counts(parameters.bins, 0);
   const double last = static_cast<double>(parameters.bins - 1);

@@ -4,18 +4,15 @@
 #include <cstdint>
 #include <vector>
 
+#include "kernels/describe/distance_histogram.h"
 #include "kernels/describe/heat_geodesics.h"
 
 namespace meander {
 
-// The upper end of the last bin: the largest distance counted (Quinn et al.), or three times the mean
-// distance (Osada et al. 2002; larger distances count in the last bin).
-enum class GeodesicScale : std::uint8_t { largest, mean };
-
 struct GeodesicHistogramParameters {
   std::uint32_t bins = 32;     // 8..1024
   std::uint32_t sources = 64;  // the first samples; 0 or more than there are: all
-  GeodesicScale scale = GeodesicScale::largest;
+  HistogramScale scale = HistogramScale::largest;
 };
 
 struct GeodesicHistogram {

@@ -10,7 +10,6 @@
 #include <utility>
 
 #include "kernels/core/parallel.h"
-#include "kernels/core/parallel_lanes.h"
 #include "kernels/core/radix_heap.h"
 #include "kernels/solve/elimination_order.h"
 #include "kernels/solve/intrinsic_delaunay.h"

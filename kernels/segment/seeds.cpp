@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "kernels/core/radix_heap.h"
+#include "kernels/mesh/components.h"
 
 namespace meander {
 
@@ -18,15 +19,10 @@ Vector3 centroid(const PreparedMesh& mesh, std::uint32_t t) {
 
 // The triangle whose centroid lies farthest from the component's area centroid: approximately a tip.
 std::uint32_t outermost_triangle(const PreparedMesh& mesh, const Component& component) {
-  Vector3 moment, middle;
-  double weight = 0;
-  for (std::uint32_t t = component.triangle_begin; t < component.triangle_end; ++t) {
-    moment = moment + mesh.area[t] * centroid(mesh, t);
-    middle = middle + centroid(mesh, t);
-    weight += mesh.area[t];
-  }
-  const Vector3 center = weight > 0 ? (1 / weight) * moment
-                                    : (1.0 / (component.triangle_end - component.triangle_begin)) * middle;
+  CentroidSum sum;
+  for (std::uint32_t t = component.triangle_begin; t < component.triangle_end; ++t)
+    sum.add(mesh.area[t], centroid(mesh, t));
+  const Vector3 center = sum.centroid();
   std::uint32_t best = component.triangle_begin;
   double longest = -1;
   for (std::uint32_t t = component.triangle_begin; t < component.triangle_end; ++t) {

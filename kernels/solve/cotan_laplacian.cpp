@@ -5,21 +5,6 @@
 
 namespace meander {
 
-namespace {
-
-template <class Body>
-void for_each_edge(const IntrinsicDisk& disk, std::span<const double> half_cotangent, const Body& body) {
-  for (std::uint32_t h = 0; h < disk.opposite.size(); ++h) {
-    const std::uint32_t other = disk.opposite[h];
-    if (other != no_index && other < h) continue;
-    const double weight = half_cotangent[h] + (other == no_index ? 0.0 : half_cotangent[other]);
-    const std::uint32_t a = disk.triangles[h], b = disk.triangles[next_half_edge(h)];
-    if (a != b) body(a, b, weight);
-  }
-}
-
-}  // namespace
-
 void DirichletLaplacian::number_unknowns(std::span<const std::uint8_t> on_boundary) {
   unknown_.assign(disk_.vertex_count, no_index);
   for (std::uint32_t v = 0; v < disk_.vertex_count; ++v) {

@@ -42,6 +42,18 @@ struct CornerGeometry {
 };
 CornerGeometry corner_geometry(std::span<const double> length);
 
+// Calls body(a, b, weight) for every edge between two vertices, in the order of its smaller half-edge; weight
+// is the sum of `half` over the half-edges of the edge. Edges that end where they began are left out.
+template <class Body>
+void for_each_edge(const IntrinsicDisk& disk, std::span<const double> half, const Body& body) {
+  for (std::uint32_t h = 0; h < disk.opposite.size(); ++h) {
+    const std::uint32_t other = disk.opposite[h];
+    if (other != no_index && other < h) continue;
+    const std::uint32_t a = disk.triangles[h], b = disk.triangles[next_half_edge(h)];
+    if (a != b) body(a, b, half[h] + (other == no_index ? 0.0 : half[other]));
+  }
+}
+
 // Boundary half-edges in order around the disk, starting with the smallest index. O(T).
 std::vector<std::uint32_t> boundary_half_edges(std::span<const std::uint32_t> triangles,
                                                std::span<const std::uint32_t> opposite,

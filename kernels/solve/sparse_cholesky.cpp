@@ -191,12 +191,7 @@ void SparseCholesky::solve_many(std::span<double> b, std::size_t count) const {
   }
 }
 
-void SparseCholesky::solve(std::span<double> b) const {
-  std::vector<double> x(nodes_.place.size());
-  for (std::size_t i = 0; i < x.size(); ++i) x[nodes_.place[i]] = b[i];
-  solve_permuted<1>(x.data());
-  for (std::size_t i = 0; i < x.size(); ++i) b[i] = x[nodes_.place[i]];
-}
+void SparseCholesky::solve(std::span<double> b) const { solve_interleaved<1>(b); }
 
 void SparseCholesky::solve(std::span<double> b, std::span<double> c) const {
   std::vector<double> x(2 * nodes_.place.size());

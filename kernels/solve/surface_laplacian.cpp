@@ -27,16 +27,8 @@ GraphMatrix surface_laplacian(const IntrinsicSurface& surface, std::span<const d
   GraphMatrix laplacian;
   laplacian.graph.begin.assign(surface.vertex_count + 1, 0);
   laplacian.diagonal.assign(surface.vertex_count, 0);
-  const auto for_each_edge = [&](const auto& body) {
-    for (std::uint32_t h = 0; h < surface.opposite.size(); ++h) {
-      const std::uint32_t other = surface.opposite[h];
-      if (other != no_index && other < h) continue;
-      const std::uint32_t a = surface.triangles[h], b = surface.triangles[next_half_edge(h)];
-      if (a != b) body(a, b, half_cotangent[h] + (other == no_index ? 0.0 : half_cotangent[other]));
-    }
-  };
   auto& begin = laplacian.graph.begin;
-  for_each_edge([&](std::uint32_t a, std::uint32_t b, double weight) {
+  for_each_edge(surface, half_cotangent, [&](std::uint32_t a, std::uint32_t b, double weight) {
     ++begin[a + 1];
     ++begin[b + 1];
     laplacian.diagonal[a] += weight;
@@ -46,7 +38,7 @@ GraphMatrix surface_laplacian(const IntrinsicSurface& surface, std::span<const d
   laplacian.graph.neighbours.resize(begin.back());
   laplacian.values.resize(begin.back());
   std::vector<std::uint32_t> cursor(begin.begin(), begin.end() - 1);
-  for_each_edge([&](std::uint32_t a, std::uint32_t b, double weight) {
+  for_each_edge(surface, half_cotangent, [&](std::uint32_t a, std::uint32_t b, double weight) {
     laplacian.graph.neighbours[cursor[a]] = b;
     laplacian.values[cursor[a]++] = -weight;
     laplacian.graph.neighbours[cursor[b]] = a;

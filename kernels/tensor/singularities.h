@@ -31,8 +31,6 @@ struct TensorIndices {
 // angle of those around them, from the rim of their region inwards. Throws timeout / RunCancelled.
 TensorIndices tensor_indices(const PreparedMesh& mesh, const TensorField& field,
                              const CancelToken& cancel = {});
-// Sum of the indices (not doubled) of one component: chi = 2 - 2 genus when it is closed.
-double index_sum(const TensorIndices& indices, const Component& component);
 
 enum class SingularityPlace : std::uint8_t { triangle, edge, vertex };
 struct Singularity {

@@ -83,8 +83,6 @@ inline TensorAxes spacings_of(TangentTensor log_spacing) {
   return axes;
 }
 inline TangentTensor metric_of(TangentTensor log_spacing) { return exponential(-2.0 * log_spacing); }
-// log S of a metric in G form: s = lambda^(-1/2).
-inline TangentTensor log_spacing_of_metric(TangentTensor metric) { return -0.5 * logarithm(metric); }
 
 // The components in a frame that is rotated by the angle with the given cosine and sine (new x axis = cosine
 // x + sine y).

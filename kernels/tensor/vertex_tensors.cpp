@@ -98,13 +98,6 @@ TangentTensor tangent_part(const AmbientTensor& a, const TangentFrame& frame) {
   return {dot(frame.x, x), dot(frame.y, x), dot(frame.y, y)};
 }
 
-AmbientTensor ambient_tensor(TangentTensor t, const TangentFrame& frame) {
-  const Vector3 x = t.xx * frame.x + t.xy * frame.y, y = t.xy * frame.x + t.yy * frame.y;
-  const Vector3 u = frame.x, v = frame.y;
-  return {x.x * u.x + y.x * v.x, x.x * u.y + y.x * v.y, x.x * u.z + y.x * v.z,
-          x.y * u.y + y.y * v.y, x.y * u.z + y.y * v.z, x.z * u.z + y.z * v.z};
-}
-
 std::vector<TangentFrame> vertex_frames(const PreparedMesh& mesh) {
   const VertexCorners around(mesh);
   const std::size_t vertices = mesh.vertex_count();

@@ -19,8 +19,6 @@ struct AmbientTensor {
 // The restriction of the tensor to a plane: (x^T A x, x^T A y, y^T A y) with the axes of the frame. Positive
 // definite when A is.
 TangentTensor tangent_part(const AmbientTensor& tensor, const TangentFrame& frame);
-// The tensor of the plane as an ambient one that vanishes along the normal: the inverse of tangent_part.
-AmbientTensor ambient_tensor(TangentTensor tensor, const TangentFrame& frame);
 
 // W frames whose normals are the unit vertex normals of Max 1999, "Weights for computing vertex normals from
 // facet normals" (exact where the vertices lie on a sphere). A vertex whose triangles have no area, or whose
