@@ -23,17 +23,21 @@ using SubtractTile = void (*)(const double* a, const double* b, std::size_t dept
 using Pair = double __attribute__((vector_size(16)));
 using Four = double __attribute__((vector_size(32)));
 
-// A quarter of the tile at a time: its sums are eight registers of two.
-void subtract_tile_by_pairs(const double* a, const double* b, std::size_t depth, double* c,
-                            std::size_t stride) {
+// Sums a part of the tile in eight registers at a time: four columns, and rows for two registers. It is
+// inlined into functions that carry their target.
+template <class Register>
+__attribute__((always_inline)) inline void subtract_in_registers(const double* a, const double* b,
+                                                                 std::size_t depth, double* c,
+                                                                 std::size_t stride) {
+  constexpr std::size_t width = sizeof(Register) / sizeof(double);
   for (std::size_t right = 0; right < strip; right += 4)
-    for (std::size_t down = 0; down < strip; down += 4) {
-      Pair upper[4] = {}, lower[4] = {};
+    for (std::size_t down = 0; down < strip; down += 2 * width) {
+      Register upper[4] = {}, lower[4] = {};
       for (std::size_t k = 0; k < depth; ++k) {
         const double* factors = b + strip * k + right;
-        Pair first, second;
+        Register first, second;
         std::memcpy(&first, a + strip * k + down, sizeof first);
-        std::memcpy(&second, a + strip * k + down + 2, sizeof second);
+        std::memcpy(&second, a + strip * k + down + width, sizeof second);
 #pragma GCC unroll 4
         for (int j = 0; j < 4; ++j) {
           upper[j] += first * factors[j];
@@ -43,45 +47,24 @@ void subtract_tile_by_pairs(const double* a, const double* b, std::size_t depth,
 #pragma GCC unroll 4
       for (int j = 0; j < 4; ++j) {
         double* column = c + (right + static_cast<std::size_t>(j)) * stride + down;
-        Pair first, second;
+        Register first, second;
         std::memcpy(&first, column, sizeof first);
-        std::memcpy(&second, column + 2, sizeof second);
+        std::memcpy(&second, column + width, sizeof second);
         first -= upper[j];
         second -= lower[j];
         std::memcpy(column, &first, sizeof first);
-        std::memcpy(column + 2, &second, sizeof second);
+        std::memcpy(column + width, &second, sizeof second);
       }
     }
 }
 
-// Half of the tile at a time: its sums are eight registers of four.
+void subtract_tile_by_pairs(const double* a, const double* b, std::size_t depth, double* c,
+                            std::size_t stride) {
+  subtract_in_registers<Pair>(a, b, depth, c, stride);
+}
 MEANDER_TARGET("avx2")
 void subtract_tile_avx2(const double* a, const double* b, std::size_t depth, double* c, std::size_t stride) {
-  for (std::size_t right = 0; right < strip; right += 4) {
-    Four upper[4] = {}, lower[4] = {};
-    for (std::size_t k = 0; k < depth; ++k) {
-      const double* factors = b + strip * k + right;
-      Four first, second;
-      std::memcpy(&first, a + strip * k, sizeof first);
-      std::memcpy(&second, a + strip * k + 4, sizeof second);
-#pragma GCC unroll 4
-      for (int j = 0; j < 4; ++j) {
-        upper[j] += first * factors[j];
-        lower[j] += second * factors[j];
-      }
-    }
-#pragma GCC unroll 4
-    for (int j = 0; j < 4; ++j) {
-      double* column = c + (right + static_cast<std::size_t>(j)) * stride;
-      Four first, second;
-      std::memcpy(&first, column, sizeof first);
-      std::memcpy(&second, column + 4, sizeof second);
-      first -= upper[j];
-      second -= lower[j];
-      std::memcpy(column, &first, sizeof first);
-      std::memcpy(column + 4, &second, sizeof second);
-    }
-  }
+  subtract_in_registers<Four>(a, b, depth, c, stride);
 }
 
 SubtractTile tile_of(InstructionSet set) {
