@@ -9,6 +9,7 @@
 #include "kernels/core/parallel.h"
 #include "kernels/core/portable_angles.h"
 #include "kernels/flatten/orient2d.h"
+#include "kernels/mesh/half_edges.h"
 #include "kernels/solve/intrinsic_disk.h"
 
 namespace meander {
@@ -173,9 +174,8 @@ MapScan scan_map(const ChartGeometry& geometry, std::span<const std::uint32_t> t
 }
 
 std::int64_t branch_points(const CutChart& chart, std::span<const double> u, std::span<const double> v) {
-  std::vector<std::uint8_t> on_boundary(chart.vertex_count(), 0);
-  for (std::uint32_t h = 0; h < chart.opposite.size(); ++h)
-    if (chart.opposite[h] == no_index) on_boundary[chart.triangles[h]] = 1;
+  const std::vector<std::uint8_t> on_boundary =
+      boundary_vertices(chart.triangles, chart.opposite, chart.vertex_count());
   const auto interior = std::count(on_boundary.begin(), on_boundary.end(), std::uint8_t{0});
   // Signed angles of a triangle sum to +-pi, those around an interior vertex to 2 pi times its winding.
   double total = 0;

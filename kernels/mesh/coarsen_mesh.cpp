@@ -393,9 +393,7 @@ void walk_under(const PreparedMesh& mesh, CoarseMesh& coarse, const CancelToken&
   parallel_blocks(coarse.triangle.size(), sum_block, [&](std::size_t begin, std::size_t end) {
     cancel.check();
     for (std::size_t t = begin; t < end; ++t) {
-      const std::uint32_t* const corner = &mesh.triangles[3 * t];
-      const Vector3 centroid =
-          (1.0 / 3) * (mesh.position(corner[0]) + mesh.position(corner[1]) + mesh.position(corner[2]));
+      const Vector3 centroid = mesh.centroid(t);
       std::uint32_t at = coarse.triangle[t];
       double closest = -std::numeric_limits<double>::infinity();
       for (int step = 0; step < longest_walk; ++step) {

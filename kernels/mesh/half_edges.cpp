@@ -267,6 +267,15 @@ std::uint32_t number_fans(std::span<const std::uint32_t> opposite, std::vector<s
   return fans;
 }
 
+std::vector<std::uint8_t> boundary_vertices(std::span<const std::uint32_t> triangles,
+                                            std::span<const std::uint32_t> opposite,
+                                            std::size_t vertex_count) {
+  std::vector<std::uint8_t> boundary(vertex_count, 0);
+  for (std::uint32_t h = 0; h < opposite.size(); ++h)
+    if (opposite[h] == no_index) boundary[triangles[h]] = boundary[triangles[next_half_edge(h)]] = 1;
+  return boundary;
+}
+
 std::uint32_t next_boundary_half_edge(std::span<const std::uint32_t> opposite, std::uint32_t h) {
   std::uint32_t at = next_half_edge(h);
   while (opposite[at] != no_index) at = next_half_edge(opposite[at]);

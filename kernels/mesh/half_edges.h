@@ -40,6 +40,11 @@ void for_fan(std::span<const std::uint32_t> opposite, std::uint32_t h, const Vis
 // corner. Returns the number of fans. O(T).
 std::uint32_t number_fans(std::span<const std::uint32_t> opposite, std::vector<std::uint32_t>& vertex);
 
+// Flags the vertices of the triangles at the ends of boundary half-edges. O(T).
+std::vector<std::uint8_t> boundary_vertices(std::span<const std::uint32_t> triangles,
+                                            std::span<const std::uint32_t> opposite,
+                                            std::size_t vertex_count);
+
 // The boundary half-edge that follows boundary half-edge h: it starts where h ends. Every fan must be a
 // half-disk. O(degree).
 std::uint32_t next_boundary_half_edge(std::span<const std::uint32_t> opposite, std::uint32_t h);

@@ -51,6 +51,10 @@ struct PreparedMesh {
   std::size_t triangle_count() const { return polygon.size(); }
   std::size_t vertex_count() const { return x.size(); }
   Vector3 position(std::uint32_t vertex) const { return {x[vertex], y[vertex], z[vertex]}; }
+  Vector3 centroid(std::size_t triangle) const {
+    const std::uint32_t* const corner = &triangles[3 * triangle];
+    return (1.0 / 3) * (position(corner[0]) + position(corner[1]) + position(corner[2]));
+  }
   double length_in_space(std::uint32_t half_edge) const {
     return distance(position(triangles[half_edge]), position(triangles[next_half_edge(half_edge)]));
   }

@@ -12,21 +12,16 @@ namespace {
 
 constexpr double unreached = std::numeric_limits<double>::infinity();
 
-Vector3 centroid(const PreparedMesh& mesh, std::uint32_t t) {
-  return (1.0 / 3) * (mesh.position(mesh.triangles[3 * t]) + mesh.position(mesh.triangles[3 * t + 1]) +
-                      mesh.position(mesh.triangles[3 * t + 2]));
-}
-
 // The triangle whose centroid lies farthest from the component's area centroid: approximately a tip.
 std::uint32_t outermost_triangle(const PreparedMesh& mesh, const Component& component) {
   CentroidSum sum;
   for (std::uint32_t t = component.triangle_begin; t < component.triangle_end; ++t)
-    sum.add(mesh.area[t], centroid(mesh, t));
+    sum.add(mesh.area[t], mesh.centroid(t));
   const Vector3 center = sum.centroid();
   std::uint32_t best = component.triangle_begin;
   double longest = -1;
   for (std::uint32_t t = component.triangle_begin; t < component.triangle_end; ++t) {
-    const Vector3 d = centroid(mesh, t) - center;
+    const Vector3 d = mesh.centroid(t) - center;
     if (dot(d, d) > longest) {
       longest = dot(d, d);
       best = t;

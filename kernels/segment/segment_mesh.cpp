@@ -174,10 +174,7 @@ SegmentedMesh split_into_segments(const PreparedMesh& mesh, std::span<const std:
   std::vector<std::uint32_t> part;
   const std::uint32_t parts = find_components(opposite, part);
   std::vector<CentroidSum> sums(parts);
-  for (std::uint32_t t = 0; t < count; ++t)
-    sums[part[t]].add(mesh.area[t], (1.0 / 3) * (mesh.position(mesh.triangles[3 * t]) +
-                                                 mesh.position(mesh.triangles[3 * t + 1]) +
-                                                 mesh.position(mesh.triangles[3 * t + 2])));
+  for (std::uint32_t t = 0; t < count; ++t) sums[part[t]].add(mesh.area[t], mesh.centroid(t));
   const std::vector<std::uint32_t> place = places_along_curve(sums);
 
   SegmentedMesh result;

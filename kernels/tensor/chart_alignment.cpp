@@ -113,9 +113,7 @@ TriangleAlignment triangle_alignment(const PreparedMesh& mesh, const CutChart& c
       j.vx = v1 / ex[0];
       j.uy = (u2 + j.ux * ex[2]) / -ey[2];
       j.vy = (v2 + j.vx * ex[2]) / -ey[2];
-      const std::size_t h = 3 * (chart.triangle_begin + t);
-      const TensorAxes spacing =
-          spacings_of((1.0 / 3) * (field.corner[h] + field.corner[h + 1] + field.corner[h + 2]));
+      const TensorAxes spacing = spacings_of(field.mean(chart.triangle_begin + t));
       const double wanted = spacing.first / spacing.second;
       result.anisotropic[t] = wanted >= isotropic_ratio;
       if (result.anisotropic[t]) result.angle[t] = angle_to(j, spacing.x, spacing.y);

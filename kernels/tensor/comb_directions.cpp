@@ -32,9 +32,7 @@ class Comber {
     result_.inherited.assign(count, 1);
     for (std::uint32_t t = 0; t < count; ++t) {
       if (!geometry_.counts[t]) continue;
-      const std::size_t h = 3 * (std::size_t{chart_.triangle_begin} + t);
-      const TensorAxes axes =
-          spacings_of((1.0 / 3) * (field.corner[h] + field.corner[h + 1] + field.corner[h + 2]));
+      const TensorAxes axes = spacings_of(field.mean(chart_.triangle_begin + t));
       result_.first[t] = axes.first;
       result_.second[t] = axes.second;
       if (axes.first < parameters_.isotropic_ratio * axes.second) continue;

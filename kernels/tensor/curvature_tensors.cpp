@@ -8,6 +8,7 @@
 #include "kernels/core/portable_functions.h"
 #include "kernels/core/weighted_quantile.h"
 #include "kernels/density/curvature.h"
+#include "kernels/mesh/half_edges.h"
 #include "kernels/mesh/vertex_corners.h"
 #include "kernels/tensor/tensor_blocks.h"
 #include "kernels/tensor/vertex_tensors.h"
@@ -52,14 +53,6 @@ void add_edge(const PreparedMesh& mesh, std::span<const TangentFrame> frames, co
   fit.add(weight, dot(e, at.x), dot(e, at.y), dot(d, at.x), dot(d, at.y));
 }
 
-std::vector<std::uint8_t> boundary_vertices(const PreparedMesh& mesh) {
-  std::vector<std::uint8_t> boundary(mesh.vertex_count(), 0);
-  for (std::uint32_t h = 0; h < mesh.opposite.size(); ++h)
-    if (mesh.opposite[h] == no_index)
-      boundary[mesh.triangles[h]] = boundary[mesh.triangles[next_half_edge(h)]] = 1;
-  return boundary;
-}
-
 // The fit at one vertex; keep(a, b) says whether an edge between vertices a and b counts.
 template <class Keep>
 TurnFit fit_at(const PreparedMesh& mesh, std::span<const TangentFrame> frames,
@@ -82,37 +75,21 @@ TurnFit fit_at(const PreparedMesh& mesh, std::span<const TangentFrame> frames,
 // Gives vertices without a value the transported mean of the neighbors that had one before each round.
 void fill_unknown(const PreparedMesh& mesh, std::span<const TangentFrame> frames, const VertexCorners& around,
                   std::vector<std::uint8_t>& known, std::vector<TangentTensor>& tensors) {
-  std::vector<std::uint32_t> unknown;
-  for (std::uint32_t v = 0; v < known.size(); ++v)
-    if (known[v] == 0) unknown.push_back(v);
   struct Value {
     TangentTensor sum;
     double count = 0;
   };
-  std::vector<Value> value;
-  for (int round = 0; round < fill_rounds && !unknown.empty(); ++round) {
-    value.assign(unknown.size(), {});
-    for (std::size_t i = 0; i < unknown.size(); ++i)
-      for (const std::uint32_t h : around.of(unknown[i]))
-        for (const std::uint32_t other : {next_half_edge(h), previous_half_edge(h)}) {
-          const std::uint32_t w = mesh.triangles[other];
-          if (known[w] == 0) continue;
-          value[i].sum = value[i].sum + transport(tensors[w], frames[w], frames[unknown[i]]);
-          value[i].count += 1;
-        }
-    std::size_t left = 0;
-    for (std::size_t i = 0; i < unknown.size(); ++i) {
-      const std::uint32_t v = unknown[i];
-      if (value[i].count == 0) {
-        unknown[left++] = v;
-        continue;
-      }
-      tensors[v] = (1 / value[i].count) * value[i].sum;
-      known[v] = 1;
-    }
-    if (left == unknown.size()) break;
-    unknown.resize(left);
-  }
+  fill_from_neighbors<Value>(
+      mesh, around, known,
+      [&](Value& value, std::uint32_t v, std::uint32_t neighbor) {
+        value.sum = value.sum + transport(tensors[neighbor], frames[neighbor], frames[v]);
+        value.count += 1;
+      },
+      [&](const Value& value, std::uint32_t v) {
+        if (value.count == 0) return false;
+        tensors[v] = (1 / value.count) * value.sum;
+        return true;
+      });
 }
 
 // The cap on curvatures: their quantile over the part that is not flat.
@@ -130,7 +107,7 @@ std::vector<TangentTensor> curvature_tensors(const PreparedMesh& mesh, std::span
                                              const CancelToken& cancel) {
   const std::size_t vertices = mesh.vertex_count();
   const VertexCorners around(mesh);
-  const std::vector<std::uint8_t> boundary = boundary_vertices(mesh);
+  const std::vector<std::uint8_t> boundary = boundary_vertices(mesh.triangles, mesh.opposite, vertices);
   std::vector<TangentTensor> result(vertices);
   std::vector<std::uint8_t> known(vertices, 0);
   const double rounding = 0x1p-24 * (1 + norm(centre_in_units(mesh)));

@@ -10,6 +10,7 @@
 #include "kernels/core/portable_angles.h"
 #include "kernels/core/portable_functions.h"
 #include "kernels/core/radix_heap.h"
+#include "kernels/mesh/half_edges.h"
 #include "kernels/mesh/vertex_corners.h"
 #include "kernels/tensor/tensor_blocks.h"
 
@@ -167,12 +168,11 @@ Singularity in_triangle(const PreparedMesh& mesh, const TensorField& field, std:
 // Gathers the singularities in and around each isotropic region (vertices with isotropic corners only) to one
 // with their sum, where the field around has a direction.
 void gather_isotropic(const PreparedMesh& mesh, const TensorField& field, std::vector<Singularity>& list) {
-  std::vector<std::uint8_t> isotropic(mesh.vertex_count(), 1), boundary(mesh.vertex_count(), 0);
-  for (std::uint32_t h = 0; h < mesh.triangles.size(); ++h) {
+  const std::vector<std::uint8_t> boundary =
+      boundary_vertices(mesh.triangles, mesh.opposite, mesh.vertex_count());
+  std::vector<std::uint8_t> isotropic(mesh.vertex_count(), 1);
+  for (std::uint32_t h = 0; h < mesh.triangles.size(); ++h)
     if (mesh.area[h / 3] > 0 && !is_isotropic(field.corner[h])) isotropic[mesh.triangles[h]] = 0;
-    if (mesh.opposite[h] == no_index)
-      boundary[mesh.triangles[h]] = boundary[mesh.triangles[next_half_edge(h)]] = 1;
-  }
   DisjointSets regions(mesh.vertex_count());
   for (std::uint32_t h = 0; h < mesh.triangles.size(); ++h) {
     const std::uint32_t a = mesh.triangles[h], b = mesh.triangles[next_half_edge(h)];
@@ -251,15 +251,13 @@ TensorIndices tensor_indices(const PreparedMesh& mesh, const TensorField& field,
   for (std::size_t t = 0; t < result.triangle.size(); ++t)
     result.triangle[t] = whole_turns(along[3 * t] + along[3 * t + 1] + along[3 * t + 2]);
   std::vector<double> turn(mesh.vertex_count(), 4 * pi);  // twice the defect, less the links
-  std::vector<std::uint8_t> boundary(mesh.vertex_count(), 0);
   for (std::uint32_t h = 0; h < along.size(); ++h) {
     const std::uint32_t o = mesh.opposite[h];
     turn[mesh.triangles[h]] -= 2 * angles.inner(h) + across[h];
-    if (o == no_index)
-      boundary[mesh.triangles[h]] = boundary[mesh.triangles[next_half_edge(h)]] = 1;
-    else if (h < o)
-      result.edge[h] = whole_turns(across[h] + across[o] - along[h] - along[o]);
+    if (o != no_index && h < o) result.edge[h] = whole_turns(across[h] + across[o] - along[h] - along[o]);
   }
+  const std::vector<std::uint8_t> boundary =
+      boundary_vertices(mesh.triangles, mesh.opposite, mesh.vertex_count());
   for (std::size_t v = 0; v < turn.size(); ++v)
     if (!boundary[v]) result.vertex[v] = whole_turns(turn[v]);
   return result;
@@ -292,10 +290,8 @@ std::vector<Singularity> find_singularities(const PreparedMesh& mesh, const Tens
 TensorField mean_on_triangles(const TensorField& field) {
   TensorField result;
   result.corner.resize(field.corner.size());
-  for (std::size_t h = 0; h < result.corner.size(); h += 3) {
-    const TangentTensor mean = (1.0 / 3) * (field.corner[h] + field.corner[h + 1] + field.corner[h + 2]);
-    result.corner[h] = result.corner[h + 1] = result.corner[h + 2] = mean;
-  }
+  for (std::size_t h = 0; h < result.corner.size(); h += 3)
+    result.corner[h] = result.corner[h + 1] = result.corner[h + 2] = field.mean(h / 3);
   return result;
 }
 

@@ -19,6 +19,9 @@ struct TensorField {
   std::vector<TangentTensor> corner;  // 3 T; all zero (S = 1) on triangles without area
 
   std::size_t triangle_count() const { return corner.size() / 3; }
+  TangentTensor mean(std::size_t triangle) const {
+    return (1.0 / 3) * (corner[3 * triangle] + corner[3 * triangle + 1] + corner[3 * triangle + 2]);
+  }
 };
 
 // The frame of a triangle: x along the edge from corner 0 to corner 1, normal by the right-hand rule. A

@@ -112,29 +112,13 @@ std::vector<TangentFrame> vertex_frames(const PreparedMesh& mesh) {
       known[v] = 1;
     }
   });
-  std::vector<std::uint32_t> unknown;
-  for (std::uint32_t v = 0; v < vertices; ++v)
-    if (!known[v]) unknown.push_back(v);
-  std::vector<NormalSum> sums;
-  for (int round = 0; round < fill_rounds && !unknown.empty(); ++round) {
-    sums.assign(unknown.size(), {});
-    for (std::size_t i = 0; i < unknown.size(); ++i)
-      for (const std::uint32_t h : around.of(unknown[i]))
-        for (const std::uint32_t other : {next_half_edge(h), previous_half_edge(h)})
-          if (const std::uint32_t w = mesh.triangles[other]; known[w]) sums[i].add(frames[w].normal, 1);
-    std::size_t left = 0;
-    for (std::size_t i = 0; i < unknown.size(); ++i) {
-      const std::uint32_t v = unknown[i];
-      if (!sums[i].known()) {
-        unknown[left++] = v;
-        continue;
-      }
-      set(v, sums[i].sum);
-      known[v] = 1;
-    }
-    if (left == unknown.size()) break;
-    unknown.resize(left);
-  }
+  const std::vector<std::uint32_t> unknown = fill_from_neighbors<NormalSum>(
+      mesh, around, known,
+      [&](NormalSum& sum, std::uint32_t, std::uint32_t neighbor) { sum.add(frames[neighbor].normal, 1); },
+      [&](const NormalSum& sum, std::uint32_t v) {
+        if (sum.known()) set(v, sum.sum);
+        return sum.known();
+      });
   for (const std::uint32_t v : unknown) frames[v] = frame_of_normal({0, 0, 1});
   return frames;
 }
