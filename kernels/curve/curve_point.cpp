@@ -1,7 +1,6 @@
 #include "kernels/curve/curve_point.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "kernels/curve/curve_frames.h"
 

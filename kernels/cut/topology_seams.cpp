@@ -1,7 +1,6 @@
 #include "kernels/cut/topology_seams.h"
 
 #include <algorithm>
-#include <utility>
 
 #include "kernels/core/disjoint_sets.h"
 

@@ -1,7 +1,6 @@
 #include "kernels/describe/distance_histogram.h"
 
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <cmath>
 #include <stdexcept>

@@ -1,7 +1,6 @@
 // Boundary-first flattening (Sawhney and Crane 2017, "Boundary first flattening", ACM TOG 37(1)).
 #pragma once
 
-#include <span>
 #include <vector>
 
 #include "kernels/core/cancel.h"

@@ -6,7 +6,6 @@
 #include <numbers>
 #include <utility>
 
-#include "kernels/core/parallel.h"
 #include "kernels/core/portable_angles.h"
 #include "kernels/flatten/orient2d.h"
 #include "kernels/mesh/half_edges.h"

@@ -5,7 +5,6 @@
 
 #include "kernels/flatten/chart_report.h"
 #include "kernels/flatten/mean_value.h"
-#include "kernels/flatten/orient2d.h"
 
 namespace meander {
 

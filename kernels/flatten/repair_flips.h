@@ -3,7 +3,6 @@
 
 #include <cstdint>
 #include <span>
-#include <vector>
 
 #include "kernels/core/work_budget.h"
 #include "kernels/flatten/chart_report.h"

@@ -1,7 +1,6 @@
 // Ear clipping of one polygon in the plane.
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>

@@ -1,6 +1,5 @@
 #include "kernels/solve/cotan_laplacian.h"
 
-#include <algorithm>
 #include <utility>
 
 namespace meander {

@@ -1,9 +1,7 @@
 #include "kernels/solve/intrinsic_disk.h"
 
 #include <algorithm>
-#include <cmath>
 #include <numbers>
-#include <utility>
 
 #include "kernels/core/portable_angles.h"
 

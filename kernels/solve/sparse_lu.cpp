@@ -1,7 +1,6 @@
 #include "kernels/solve/sparse_lu.h"
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
 #include "kernels/solve/dense_fronts.h"

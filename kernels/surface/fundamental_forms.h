@@ -1,8 +1,6 @@
 // First and second fundamental form of a surface at a point, and the curvatures that follow from them.
 #pragma once
 
-#include <span>
-
 #include "kernels/surface/surface.h"
 
 namespace meander {

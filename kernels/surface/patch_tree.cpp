@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <string>
 
 #include "kernels/core/ordered_blocks.h"
 #include "kernels/core/radix_sort.h"

@@ -1,6 +1,5 @@
 #include "kernels/surface/sample_surface.h"
 
-#include <algorithm>
 #include <cmath>
 #include <numeric>
 #include <stdexcept>

@@ -1,7 +1,6 @@
 #include "kernels/surface/surface_strata.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "kernels/surface/surface_leaf.h"
 

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 #include "kernels/core/parallel.h"
 #include "kernels/core/portable_functions.h"

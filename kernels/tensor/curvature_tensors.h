@@ -1,7 +1,6 @@
 // Curvature tensors at the vertices of a mesh, and the spacings that follow them.
 #pragma once
 
-#include <cstdint>
 #include <span>
 #include <string>
 #include <vector>

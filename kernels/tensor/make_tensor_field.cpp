@@ -5,7 +5,6 @@
 #include <cmath>
 #include <cstdio>
 #include <stdexcept>
-#include <utility>
 
 #include "kernels/core/check_range.h"
 #include "kernels/core/expression.h"

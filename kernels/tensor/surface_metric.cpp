@@ -1,8 +1,6 @@
 #include "kernels/tensor/surface_metric.h"
 
 #include <algorithm>
-#include <array>
-#include <cmath>
 
 namespace meander {
 

@@ -9,7 +9,6 @@
 // definite.
 #pragma once
 
-#include <algorithm>
 #include <cmath>
 
 #include "kernels/core/portable_functions.h"

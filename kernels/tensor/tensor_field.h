@@ -6,7 +6,6 @@
 #include <span>
 #include <vector>
 
-#include "kernels/core/cancel.h"
 #include "kernels/mesh/prepared_mesh.h"
 #include "kernels/tensor/tangent_tensor.h"
 

@@ -3,7 +3,6 @@
 
 #include "kernels/core/parallel.h"
 #include "kernels/mesh/vertex_corners.h"
-#include "kernels/tensor/tensor_blocks.h"
 
 namespace meander {
 

@@ -1,7 +1,6 @@
 // Tangent planes at the vertices of a mesh, and tensors in them.
 #pragma once
 
-#include <cstdint>
 #include <span>
 #include <vector>
 
