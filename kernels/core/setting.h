@@ -82,11 +82,8 @@ std::string none_of(std::string_view text, const Texts& words) {
 
 using SettingValue = std::variant<bool, int, std::uint32_t, std::uint64_t, double, std::string>;
 
-// A setting has a number (or flag), a text, or a value that follows from others and no option sets.
-template <class Settings>
-struct Setting {
-  using Number = std::variant<bool*, int*, std::uint32_t*, std::uint64_t*, double*>;
-
+// The properties of a setting that do not depend on the struct it is in.
+struct SettingTexts {
   std::string name;                           // in stored parameters
   std::string option;                         // "-n,--samples"; empty: none
   std::string heading;                        // of the option in the help
@@ -97,13 +94,19 @@ struct Setting {
   double low = 0, high = 0;                   // of a number; equal: any
   bool is_list = false;       // the option may be repeated, or take several separated by commas
   bool shows_default = true;  // in the help
+  std::string applies_to;     // where it acts, for the error where it is given and does not
+};
+
+// A setting has a number (or flag), a text, or a value that follows from others and no option sets.
+template <class Settings>
+struct Setting : SettingTexts {
+  using Number = std::variant<bool*, int*, std::uint32_t*, std::uint64_t*, double*>;
+
   std::function<Number(Settings&)> number;
   std::function<SettingValue(const Settings&)> value;
   std::function<std::string(Settings&, std::string_view)> set;  // returns what is wrong with the text, or ""
   std::function<bool(const Settings&)> recorded;                // empty: always
-  // Whether the setting acts. Where it is given and does not, an error says that it applies to `applies_to`.
-  std::function<bool(const Settings&)> acts;
-  std::string applies_to;
+  std::function<bool(const Settings&)> acts;                    // whether it acts; empty: always
 
   // The option in the form "--samples".
   std::string long_option() const { return option.substr(option.rfind(',') + 1); }
@@ -201,15 +204,9 @@ class SettingList {
   template <class Part>
   void append(const SettingList<Part>& of_part, Part Settings::*part) {
     for (const Setting<Part>& from : of_part.items()) {
-      Item& item = add(from.name, from.option, from.help);
-      item.keyword = from.keyword;
-      item.words = from.words;
-      item.truth = from.truth;
-      item.low = from.low;
-      item.high = from.high;
-      item.is_list = from.is_list;
-      item.shows_default = from.shows_default;
-      item.applies_to = from.applies_to;
+      Item& item = items_.emplace_back();
+      static_cast<SettingTexts&>(item) = from;
+      item.heading = heading_;
       item.value = [get = from.value, part](const Settings& s) { return get(s.*part); };
       if (from.number) item.number = [at = from.number, part](Settings& s) { return at(s.*part); };
       if (from.set)

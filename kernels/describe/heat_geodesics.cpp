@@ -326,22 +326,7 @@ void HeatGeodesics::for_each_batch(PointsOnMesh sources, const CancelToken& canc
           start[count * v + i] += std::max(weight[k], 0.0);
         }
       }
-      switch (count) {
-        case 1:
-          phi = part->solve<1>(std::move(start), cancel);
-          break;
-        case 2:
-          phi = part->solve<2>(std::move(start), cancel);
-          break;
-        case 4:
-          phi = part->solve<4>(std::move(start), cancel);
-          break;
-        case 8:
-          phi = part->solve<8>(std::move(start), cancel);
-          break;
-        default:
-          phi = part->solve<16>(std::move(start), cancel);
-      }
+      at_width(count, [&]<int Count>() { phi = part->solve<Count>(std::move(start), cancel); });
     }
     for (std::size_t i = 0; i < batch.sources.size(); ++i) {
       const std::uint32_t s = batch.sources[i], triangle = sources.triangle[s];

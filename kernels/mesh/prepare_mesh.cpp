@@ -226,31 +226,18 @@ std::vector<std::uint32_t> split_vertices(std::span<const std::uint8_t> one_fan,
   return source;
 }
 
-void place_vertices(const PolygonMesh& mesh, std::span<const std::uint32_t> source, PreparedMesh& out) {
-  for (std::vector<double>* const c : {&out.x, &out.y, &out.z}) resize_large(*c, source.size());
-  parallel_blocks(source.size(), sum_block, [&](std::size_t begin, std::size_t end) {
+// Places working vertex v at coordinate(w) of each working coordinate w of the file vertex source(v).
+template <class Source, class Coordinate>
+void place_vertices(const PolygonMesh& mesh, std::size_t count, const Source& source,
+                    const Coordinate& coordinate, PreparedMesh& out) {
+  for (std::vector<double>* const c : {&out.x, &out.y, &out.z}) resize_large(*c, count);
+  parallel_blocks(count, sum_block, [&](std::size_t begin, std::size_t end) {
     const WorkingPositions position(mesh, out);
     for (std::size_t v = begin; v < end; ++v) {
-      const Vector3 p = position(source[v]);
-      out.x[v] = p.x;
-      out.y[v] = p.y;
-      out.z[v] = p.z;
-    }
-  });
-}
-
-// Places all vertices of the file, those without a usable face at most at 0.
-void place_all_vertices(const PolygonMesh& mesh, PreparedMesh& out) {
-  for (std::vector<double>* const c : {&out.x, &out.y, &out.z}) resize_large(*c, mesh.vertex_count());
-  parallel_blocks(mesh.vertex_count(), sum_block, [&](std::size_t begin, std::size_t end) {
-    const WorkingPositions position(mesh, out);
-    // Vertices without a face may lie outside of the frame or not be finite.
-    const auto inside = [](double w) { return std::abs(w) <= 1 ? w : 0.0; };
-    for (std::size_t v = begin; v < end; ++v) {
-      const Vector3 p = position(static_cast<std::uint32_t>(v));
-      out.x[v] = inside(p.x);
-      out.y[v] = inside(p.y);
-      out.z[v] = inside(p.z);
+      const Vector3 p = position(source(v));
+      out.x[v] = coordinate(p.x);
+      out.y[v] = coordinate(p.y);
+      out.z[v] = coordinate(p.z);
     }
   });
 }
@@ -315,7 +302,11 @@ PreparedMesh prepare_mesh(const PolygonMesh& mesh, const CancelToken& cancel) {
   const std::vector<std::uint32_t> source = split_vertices(survey.one_fan, out);
   // Components are described by numbers alone.
   parallel_both(
-      out.triangle_count(), [&] { describe_components(out); }, [&] { place_vertices(mesh, source, out); });
+      out.triangle_count(), [&] { describe_components(out); },
+      [&] {
+        place_vertices(
+            mesh, source.size(), [&](std::size_t v) { return source[v]; }, [](double w) { return w; }, out);
+      });
   return out;
 }
 
@@ -332,7 +323,10 @@ PreparedMesh prepare_soup(const PolygonMesh& mesh, const CancelToken& cancel) {
   out.corner_slot = std::move(soup.corner_slot);
   out.polygon = std::move(soup.polygon);
   out.area = std::move(area);
-  place_all_vertices(mesh, out);
+  // Vertices without a face may lie outside of the frame or not be finite.
+  place_vertices(
+      mesh, mesh.vertex_count(), [](std::size_t v) { return static_cast<std::uint32_t>(v); },
+      [](double w) { return std::abs(w) <= 1 ? w : 0.0; }, out);
   Component all;
   all.triangle_end = static_cast<std::uint32_t>(out.triangle_count());
   all.vertex_end = static_cast<std::uint32_t>(out.vertex_count());

@@ -174,20 +174,7 @@ void SparseCholesky::solve_interleaved(std::span<double> b) const {
 void SparseCholesky::solve_many(std::span<double> b, std::size_t count) const {
   if (count == 0 || b.size() != count * nodes_.place.size())
     throw std::invalid_argument("solve_many: the array does not hold `count` right-hand sides");
-  switch (count) {
-    case 1:
-      return solve_interleaved<1>(b);
-    case 2:
-      return solve_interleaved<2>(b);
-    case 4:
-      return solve_interleaved<4>(b);
-    case 8:
-      return solve_interleaved<8>(b);
-    case 16:
-      return solve_interleaved<16>(b);
-    default:
-      throw std::invalid_argument("solve_many: count must be 1, 2, 4, 8 or 16");
-  }
+  at_width(count, [&]<int Count>() { solve_interleaved<Count>(b); });
 }
 
 void SparseCholesky::solve(std::span<double> b) const { solve_interleaved<1>(b); }

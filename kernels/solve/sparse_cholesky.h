@@ -1,8 +1,10 @@
 // Sparse Cholesky factorization for symmetric positive definite matrices with the graph of a mesh.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
+#include <stdexcept>
 #include <vector>
 
 #include "kernels/core/cancel.h"
@@ -11,6 +13,26 @@
 #include "kernels/solve/supernodes.h"
 
 namespace meander {
+
+// Calls solve<Count>() for a number of right-hand sides that are solved for together: count = 1, 2, 4, 8 or
+// 16, otherwise throws std::invalid_argument.
+template <class Solve>
+void at_width(std::size_t count, const Solve& solve) {
+  switch (count) {
+    case 1:
+      return solve.template operator()<1>();
+    case 2:
+      return solve.template operator()<2>();
+    case 4:
+      return solve.template operator()<4>();
+    case 8:
+      return solve.template operator()<8>();
+    case 16:
+      return solve.template operator()<16>();
+    default:
+      throw std::invalid_argument("solve_many: count must be 1, 2, 4, 8 or 16");
+  }
+}
 
 // A = L L^T by supernodes, multifrontal (Duff and Reid 1983; Liu 1992). Everything is sequential and
 // deterministic. Memory: the factor, the lower triangle of A and the stack of update matrices, which for a

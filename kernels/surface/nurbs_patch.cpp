@@ -92,7 +92,7 @@ struct Homogeneous {
   double x = 0, y = 0, z = 0, w = 0;
 };
 
-class NurbsPatch final : public ParametricSurface {
+class NurbsPatch final : public PointwiseSurface<NurbsPatch> {
  public:
   explicit NurbsPatch(NurbsNet net) : points_(std::move(net.points)), weights_(std::move(net.weights)) {
     u_ = {static_cast<std::size_t>(net.degree_u),
@@ -110,23 +110,9 @@ class NurbsPatch final : public ParametricSurface {
   std::string_view name() const override { return "nurbs"; }
   std::array<std::uint8_t, 16> content() const override { return content_; }
 
-  void positions(std::span<const double> u, std::span<const double> v,
-                 std::span<Vector3> result) const override {
-    for (std::size_t i = 0; i < result.size(); ++i) result[i] = jet(u[i], v[i], 0).position;
-  }
-  void tangents(std::span<const double> u, std::span<const double> v,
-                std::span<SurfaceTangents> result) const override {
-    for (std::size_t i = 0; i < result.size(); ++i) {
-      const SurfaceJet at = jet(u[i], v[i], 1);
-      result[i] = {at.position, at.du, at.dv};
-    }
-  }
-  void jets(std::span<const double> u, std::span<const double> v,
-            std::span<SurfaceJet> result) const override {
-    for (std::size_t i = 0; i < result.size(); ++i) result[i] = jet(u[i], v[i], 2);
-  }
-
  private:
+  friend class PointwiseSurface<NurbsPatch>;
+
   // Sums numerator and denominator with their derivatives, then applies the quotient rule.
   SurfaceJet jet(double u, double v, int derivatives) const {
     const double length_u = u_.end() - u_.begin(), length_v = v_.end() - v_.begin();

@@ -42,6 +42,33 @@ class ParametricSurface {
                     std::span<SurfaceJet> result) const = 0;
 };
 
+// A surface that evaluates point by point: Surface::jet(u, v, derivatives) with the derivatives of order 0, 1
+// or 2 and below.
+template <class Surface>
+class PointwiseSurface : public ParametricSurface {
+ public:
+  void positions(std::span<const double> u, std::span<const double> v,
+                 std::span<Vector3> result) const override {
+    for (std::size_t i = 0; i < result.size(); ++i) result[i] = jet(u[i], v[i], 0).position;
+  }
+  void tangents(std::span<const double> u, std::span<const double> v,
+                std::span<SurfaceTangents> result) const override {
+    for (std::size_t i = 0; i < result.size(); ++i) {
+      const SurfaceJet at = jet(u[i], v[i], 1);
+      result[i] = {at.position, at.du, at.dv};
+    }
+  }
+  void jets(std::span<const double> u, std::span<const double> v,
+            std::span<SurfaceJet> result) const override {
+    for (std::size_t i = 0; i < result.size(); ++i) result[i] = jet(u[i], v[i], 2);
+  }
+
+ private:
+  SurfaceJet jet(double u, double v, int derivatives) const {
+    return static_cast<const Surface&>(*this).jet(u, v, derivatives);
+  }
+};
+
 // The analytic surfaces, all differentiated automatically:
 //   plane            the unit square
 //   sphere           radius 1; u longitude, v from the north to the south pole
