@@ -1,6 +1,6 @@
-// Annotations for ThreadSanitizer of hand-offs between threads that it cannot see. The distribution's TBB is
-// not instrumented: its task queues order what one thread wrote before spawning a task and what the task
-// reads, but the sanitizer does not see that. Only ordering that TBB guarantees is annotated; everything else
+// Annotates for ThreadSanitizer the hand-offs between threads that it cannot see. The distribution's TBB is
+// not instrumented: its task queues order what one thread wrote before spawning and another reads in the
+// task, but the sanitizer does not see that. Only ordering that TBB guarantees is annotated; everything else
 // stays checked. In other builds these functions are empty.
 #pragma once
 
@@ -19,8 +19,8 @@
 #include <sanitizer/tsan_interface.h>
 #endif
 
-// Marks the function that TBB calls. It finds its captures and arguments in memory that another thread wrote,
-// before it can take anything over, so its own accesses are not checked. It must do no more than take over
+// For the function that TBB calls: it finds its captures and arguments in memory that another thread wrote,
+// before it can take anything over, so its own accesses are not looked at. It must do no more than take over
 // and call on.
 #ifdef MEANDER_THREAD_SANITIZER
 #define MEANDER_CALLED_BY_TBB __attribute__((no_sanitize("thread")))
@@ -43,8 +43,8 @@ inline void take_over([[maybe_unused]] const void* address) {
 #endif
 }
 
-// Calls take_over for every address of a range in which TBB may keep the counters that it waits on. The last
-// step of a worker updates such a counter, and the sanitizer does not see the wait for it.
+// take_over for every address of a range of memory in which TBB may keep the counters that it waits on. The
+// last step of a worker updates such a counter, and the sanitizer does not see the wait for it.
 inline void take_over_all([[maybe_unused]] const void* begin, [[maybe_unused]] std::size_t bytes) {
 #ifdef MEANDER_THREAD_SANITIZER
   for (std::size_t at = 0; at < bytes; at += 4) take_over(static_cast<const char*>(begin) + at);
@@ -65,8 +65,8 @@ class Turn {
   const void* address_;
 };
 
-// The two synchronization edges of a parallel loop: from the thread that starts it to every task, and from
-// every task to the end of the loop. There is no edge from task to task.
+// The two synchronisation edges of a parallel loop: from the thread that starts it to every task, and from
+// every task to the end of the loop. Not from task to task.
 class LoopHandoff {
  public:
   LoopHandoff() { hand_over(&begin_); }
