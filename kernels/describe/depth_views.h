@@ -21,7 +21,7 @@ inline constexpr std::size_t depth_view_values = 522;
 // Vranic 2004.) Each pair of opposite views, for the axis of the smallest moment of inertia first, gives:
 //   - mean and half difference of sqrt|F(u, v)| in both views, each the mean of (u, v) and (-u, v);
 //   - at low frequencies the roots of mean and half difference of the cos cos, cos sin, sin cos and sin sin
-//   parts of F, by absolute value, without those that are 0 by definition: they tell where things are.
+//     parts of F, by absolute value, without those that are 0 by definition: they tell where things are.
 // No choice of sense along the axes changes the values, so they change with neither position, direction,
 // size, handedness nor the sense of faces. Axes of equal moments (of a cube, of a solid of revolution around
 // its axis) have no direction of their own: there the values depend on how the model stands.

@@ -59,17 +59,17 @@ struct HeatGeodesicsParameters {
 // Sharp and Crane 2020), M the lumped areas, L the positive cotangent Laplacian.
 //
 // - Factors are made once for each component: M + t L and L (grounded at one vertex: exact, since the
-// right-hand side sums to 0), with one elimination order. A component with boundary has a third, M + t L with
-// u = 0 on the boundary, and u is the mean of both solutions (the paper's boundary condition).
+//   right-hand side sums to 0), with one elimination order. A component with boundary has a third, M + t L
+//   with u = 0 on the boundary, and u is the mean of both solutions (the paper's boundary condition).
 // - t = h^2, except where paths along edges from a vertex get longer than 300 h: there t = (extent / 300)^2,
-// so that u stays within the range of double. Larger time factors reduce the influence of the triangulation
-// on the level sets (4: a quarter of the error on fine spheres) but smooth more where shortest paths meet
-// (half as much again on a torus) and at boundaries.
+//   so that u stays within the range of double. Larger time factors reduce the influence of the triangulation
+//   on the level sets (4: a quarter of the error on fine spheres) but smooth more where shortest paths meet
+//   (half as much again on a torus) and at boundaries.
 // - A source is spread over the corners of its triangle by its weights. phi is shifted so that the vertices
-// beside the source have, on average, their distance from it (the heat rounds off the tip of phi itself);
-// corners of the source's triangle, and points in it, get their straight distance: the source has 0.
+//   beside the source have, on average, their distance from it (the heat rounds off the tip of phi itself);
+//   corners of the source's triangle, and points in it, get their straight distance: the source has 0.
 // - At points phi is interpolated linearly in the point's own triangle. No distance is below the straight one
-// in space.
+//   in space.
 // - Distances are infinity between components, and straight within a component without area.
 //
 // Accuracy, in percent of the largest distance. Spheres of 642, 10,242 and 40,962 vertices: mean error 0.14,

@@ -21,7 +21,7 @@ namespace meander {
 // do not degrade it. Safeguards:
 // - Normals on the boundary are one-sided: edges that touch it are used only where there are no others.
 // - Boundary vertices, and vertices whose edges do not span their plane, take the transported mean of their
-// neighbors that have a value, round by round (at most 64).
+//   neighbors that have a value, round by round (at most 64).
 // - Curvatures within the rounding error of float32 coordinates are set to zero.
 // The error is O(h^2) on regular meshes of edge length h, and bounded (a few percent) on irregular ones,
 // whose vertex normals are off by O(h). O(T), parallel, deterministic.
