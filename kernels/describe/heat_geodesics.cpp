@@ -43,7 +43,7 @@ double extent_bound(const GraphMatrix& laplacian, const IntrinsicSurface& surfac
     if (d > reached[v]) continue;
     extent = d;
     for (std::uint32_t e = laplacian.graph.begin[v]; e < laplacian.graph.begin[v + 1]; ++e) {
-      const std::uint32_t to = laplacian.graph.neighbours[e];
+      const std::uint32_t to = laplacian.graph.neighbors[e];
       if (d + length[e] >= reached[to]) continue;
       reached[to] = d + length[e];
       queue.push(reached[to], to);
@@ -190,16 +190,16 @@ struct HeatGeodesics::Part {
     std::vector<double> values(laplacian.values.size()), diagonal(count);
     for (std::size_t e = 0; e < values.size(); ++e) values[e] = time * laplacian.values[e];
     for (std::size_t v = 0; v < count; ++v) diagonal[v] = mass[v] + time * laplacian.diagonal[v];
-    factorise_laplacian(heat, laplacian.graph, values, diagonal, order, cancel);
+    factorize_laplacian(heat, laplacian.graph, values, diagonal, order, cancel);
     if (has_boundary) {
       for (std::size_t v = 0; v < count; ++v)
         for (std::uint32_t e = laplacian.graph.begin[v]; e < laplacian.graph.begin[v + 1]; ++e)
-          if (on_boundary[v] || on_boundary[laplacian.graph.neighbours[e]]) values[e] = 0;
-      factorise_laplacian(heat_held, laplacian.graph, values, diagonal, order, cancel);
+          if (on_boundary[v] || on_boundary[laplacian.graph.neighbors[e]]) values[e] = 0;
+      factorize_laplacian(heat_held, laplacian.graph, values, diagonal, order, cancel);
     }
     // The right-hand side of phi sums to 0, so this pins vertex 0 to 0 and changes nothing else.
     laplacian.diagonal[0] += std::max(laplacian.diagonal[0], 1.0);
-    factorise_laplacian(poisson, laplacian.graph, laplacian.values, laplacian.diagonal, order, cancel);
+    factorize_laplacian(poisson, laplacian.graph, laplacian.values, laplacian.diagonal, order, cancel);
   }
 
   // Computes -div(-grad u / |grad u|) from u, V x Count each. No embedding is needed: |grad u|^2 = E / area
@@ -259,16 +259,16 @@ HeatGeodesics::HeatGeodesics(const PreparedMesh& mesh, const HeatGeodesicsParame
                              const CancelToken& cancel, std::span<const std::uint32_t> sources)
     : mesh_(&mesh),
       parts_(mesh.components.size()),
-      factorised_(mesh.components.size(), sources.empty()),
+      factorized_(mesh.components.size(), sources.empty()),
       component_(mesh.triangle_count()) {
   if (!(parameters.time_factor >= 0.1 && parameters.time_factor <= 100))
     throw std::invalid_argument("heat geodesics: the time factor must lie in 0.1..100");
   for (std::uint32_t c = 0; c < mesh.components.size(); ++c)
     for (std::uint32_t t = mesh.components[c].triangle_begin; t < mesh.components[c].triangle_end; ++t)
       component_[t] = c;
-  for (const std::uint32_t t : sources) factorised_[component_.at(t)] = 1;
+  for (const std::uint32_t t : sources) factorized_[component_.at(t)] = 1;
   parallel_tasks(parts_.size(), [&](std::size_t c) {
-    if (!factorised_[c] || !(mesh.components[c].area > 0)) return;
+    if (!factorized_[c] || !(mesh.components[c].area > 0)) return;
     parts_[c] = std::make_unique<Part>(mesh, mesh.components[c], parameters.time_factor, cancel);
   });
 }
@@ -294,7 +294,7 @@ void HeatGeodesics::for_each_batch(PointsOnMesh sources, const CancelToken& canc
   std::vector<std::vector<std::uint32_t>> wanted(parts_.size());
   for (std::uint32_t s = 0; s < sources.count(); ++s) {
     const std::uint32_t c = component_[sources.triangle[s]];
-    if (!factorised_[c])
+    if (!factorized_[c])
       throw std::invalid_argument("heat geodesics: a source on a component that was left out");
     wanted[c].push_back(s);
   }

@@ -113,7 +113,7 @@ class HeatGeodesics {
 
   const PreparedMesh* mesh_;
   std::vector<std::unique_ptr<Part>> parts_;  // one per component
-  std::vector<std::uint8_t> factorised_;      // per component: has sources
+  std::vector<std::uint8_t> factorized_;      // per component: has sources
   std::vector<std::uint32_t> component_;      // T: component of each triangle
 };
 

@@ -27,7 +27,7 @@ constexpr double mass_spread = 1e-3;  // see separate_masses
 // K and M on one graph.
 struct SurfaceMatrices {
   GraphMatrix stiffness;
-  std::vector<double> mass, mass_diagonal;  // beside stiffness.graph.neighbours, and on the diagonal
+  std::vector<double> mass, mass_diagonal;  // beside stiffness.graph.neighbors, and on the diagonal
   double area = 0;
 };
 
@@ -99,7 +99,7 @@ class MassProduct {
     for (std::size_t v = 0; v < graph.count(); ++v) {
       double sum = matrices_.mass_diagonal[v] * x[v];
       for (std::uint32_t e = graph.begin[v]; e < graph.begin[v + 1]; ++e)
-        sum += matrices_.mass[e] * x[graph.neighbours[e]];
+        sum += matrices_.mass[e] * x[graph.neighbors[e]];
       y[v] = sum;
     }
   }
@@ -127,12 +127,12 @@ std::vector<double> by_dense_matrices(const SurfaceMatrices& matrices) {
     stiffness(v, v) = matrices.stiffness.diagonal[at];
     mass(v, v) = matrices.mass_diagonal[at];
     for (std::uint32_t e = graph.begin[at]; e < graph.begin[at + 1]; ++e) {
-      stiffness(v, graph.neighbours[e]) += matrices.stiffness.values[e];
-      mass(v, graph.neighbours[e]) += matrices.mass[e];
+      stiffness(v, graph.neighbors[e]) += matrices.stiffness.values[e];
+      mass(v, graph.neighbors[e]) += matrices.mass[e];
     }
   }
   constexpr const char* failure = "the eigenvalues of a small component could not be found";
-  if (!factorise_front(mass.data(), graph.count(), graph.count())) throw SpectrumNotFound(failure);
+  if (!factorize_front(mass.data(), graph.count(), graph.count())) throw SpectrumNotFound(failure);
   divide_by_lower(mass, stiffness);
   stiffness.transposeInPlace();
   divide_by_lower(mass, stiffness);
@@ -153,7 +153,7 @@ std::vector<double> by_iteration(const SurfaceMatrices& matrices, std::size_t co
   for (std::size_t v = 0; v < vertices; ++v) shifted.diagonal[v] -= shift * matrices.mass_diagonal[v];
   const std::vector<std::uint32_t> order = elimination_order(shifted.graph);
   SparseCholesky factor;
-  factorise_laplacian(factor, shifted.graph, shifted.values, shifted.diagonal, order, cancel);
+  factorize_laplacian(factor, shifted.graph, shifted.values, shifted.diagonal, order, cancel);
   ShiftedInverse inverse(factor, vertices, cancel);
   MassProduct mass(matrices);
   const auto wanted = static_cast<Eigen::Index>(count);

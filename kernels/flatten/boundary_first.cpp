@@ -61,7 +61,7 @@ ConformalMap flatten_boundary_first(const IntrinsicDisk& disk, const CancelToken
   for (std::size_t h = 0; h < corners.angle.size(); ++h) curvature[disk.triangles[h]] -= corners.angle[h];
   corners.angle = std::vector<double>();
   const DirichletLaplacian laplacian(disk, std::move(corners.half_cotangent), on_boundary, cancel, budget);
-  if (!laplacian.factorised()) return map;
+  if (!laplacian.factorized()) return map;
   map.elimination = laplacian.elimination();
 
   std::vector<double> right(count);

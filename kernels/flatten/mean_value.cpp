@@ -42,8 +42,8 @@ System assemble(const IntrinsicDisk& disk, std::span<const std::uint32_t> leavin
   system.right_v.assign(count, 0);
   system.matrix.diagonal.assign(count, 1);
   system.matrix.graph.begin.assign(1, 0);
-  std::vector<std::uint32_t>& neighbours = system.matrix.graph.neighbours;
-  neighbours.reserve(6 * count);
+  std::vector<std::uint32_t>& neighbors = system.matrix.graph.neighbors;
+  neighbors.reserve(6 * count);
   system.matrix.values.reserve(6 * count);
   std::vector<double> weights;
   for (std::size_t i = 0; i < count; ++i) {
@@ -65,12 +65,12 @@ System assemble(const IntrinsicDisk& disk, std::span<const std::uint32_t> leavin
         system.right_u[i] += share * u[other];
         system.right_v[i] += share * v[other];
       } else {
-        neighbours.push_back(column);
+        neighbors.push_back(column);
         system.matrix.values.push_back(-share);
       }
       h = next_outgoing(disk, h);
     }
-    system.matrix.graph.begin.push_back(static_cast<std::uint32_t>(neighbours.size()));
+    system.matrix.graph.begin.push_back(static_cast<std::uint32_t>(neighbors.size()));
   }
   return system;
 }
@@ -84,7 +84,7 @@ bool solve_dense(System& system) {
   for (std::size_t i = 0; i < n; ++i) {
     front[i * rows + i] = system.matrix.diagonal[i];
     for (std::uint32_t e = graph.begin[i]; e < graph.begin[i + 1]; ++e)
-      front[graph.neighbours[e] * rows + i] += system.matrix.values[e];
+      front[graph.neighbors[e] * rows + i] += system.matrix.values[e];
   }
   std::ranges::copy(system.right_u, front.data() + n * rows);
   std::ranges::copy(system.right_v, front.data() + (n + 1) * rows);
@@ -104,7 +104,7 @@ bool solve_dense(System& system) {
 bool solve_sparse(System& system, const CancelToken& cancel, WorkBudget* budget) {
   const std::vector<std::uint32_t> order = elimination_order(system.matrix.graph);
   SparseLu lu;
-  if (!lu.factorise(std::move(system.matrix), order, cancel, budget)) return false;
+  if (!lu.factorize(std::move(system.matrix), order, cancel, budget)) return false;
   lu.solve(system.right_u, system.right_v);
   return true;
 }

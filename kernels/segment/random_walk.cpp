@@ -101,7 +101,7 @@ class WalkSystem {
       unknown_[i] = static_cast<std::uint32_t>(triangle_.size());
       triangle_.push_back(i);
     }
-    if (seeds.size() > 1 && !triangle_.empty()) factorise(cancel);
+    if (seeds.size() > 1 && !triangle_.empty()) factorize(cancel);
   }
 
   // The unknowns as triangles, counted from the component's first.
@@ -158,7 +158,7 @@ class WalkSystem {
     }
   }
 
-  void factorise(const CancelToken& cancel) {
+  void factorize(const CancelToken& cancel) {
     UnknownGraph graph;
     std::vector<double> values, diagonal(triangle_.size(), 0.0);
     graph.begin.reserve(triangle_.size() + 1);
@@ -170,10 +170,10 @@ class WalkSystem {
         if (neighbor == no_index) continue;
         diagonal[u] += weight_[h];
         if (unknown_[neighbor] == no_index) continue;
-        graph.neighbours.push_back(unknown_[neighbor]);
+        graph.neighbors.push_back(unknown_[neighbor]);
         values.push_back(-weight_[h]);
       }
-      graph.begin.push_back(static_cast<std::uint32_t>(graph.neighbours.size()));
+      graph.begin.push_back(static_cast<std::uint32_t>(graph.neighbors.size()));
     }
     const std::vector<std::uint32_t> order = elimination_order(graph);
     cancel.check();
@@ -181,7 +181,7 @@ class WalkSystem {
     for (const double stop : {0.0, 1e-14, 1e-12, 1e-10}) {
       std::vector<double> raised = diagonal;
       for (double& d : raised) d *= 1 + stop;
-      cholesky_.factorise(graph, values, raised, order, cancel);
+      cholesky_.factorize(graph, values, raised, order, cancel);
       if (!cholesky_.succeeded()) continue;
       // A walk meets some seed, so the solution for all of them together is 1 and shows what the factor lost.
       std::vector<double> any(triangle_.size(), 0.0);

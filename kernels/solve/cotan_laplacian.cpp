@@ -27,7 +27,7 @@ void DirichletLaplacian::find_order(const UnknownGraph& graph) {
 // Assembles A_II; edges at the boundary go to rim_.
 GraphMatrix DirichletLaplacian::interior_matrix(std::span<const double> half_cotangent) {
   GraphMatrix matrix;
-  std::vector<std::uint32_t>&begin = matrix.graph.begin, &neighbours = matrix.graph.neighbours;
+  std::vector<std::uint32_t>&begin = matrix.graph.begin, &neighbors = matrix.graph.neighbors;
   begin.assign(vertex_.size() + 1, 0);
   matrix.diagonal.assign(vertex_.size(), 0);
   for_each_edge(disk_, half_cotangent, [&](std::uint32_t a, std::uint32_t b, double weight) {
@@ -42,15 +42,15 @@ GraphMatrix DirichletLaplacian::interior_matrix(std::span<const double> half_cot
     }
   });
   for (std::size_t i = 0; i < vertex_.size(); ++i) begin[i + 1] += begin[i];
-  neighbours.resize(begin.back());
+  neighbors.resize(begin.back());
   matrix.values.resize(begin.back());
   std::vector<std::uint32_t> cursor(begin.begin(), begin.end() - 1);
   for_each_edge(disk_, half_cotangent, [&](std::uint32_t a, std::uint32_t b, double weight) {
     const std::uint32_t i = unknown_[a], j = unknown_[b];
     if (i == no_index || j == no_index) return;
-    neighbours[cursor[i]] = j;
+    neighbors[cursor[i]] = j;
     matrix.values[cursor[i]++] = -weight;
-    neighbours[cursor[j]] = i;
+    neighbors[cursor[j]] = i;
     matrix.values[cursor[j]++] = -weight;
   });
   return matrix;
@@ -65,14 +65,14 @@ DirichletLaplacian::DirichletLaplacian(const IntrinsicDisk& disk, std::vector<do
   half_cotangent = std::vector<double>();
   cancel.check();
   if (vertex_.empty()) {
-    factorised_ = true;
+    factorized_ = true;
     return;
   }
   if (!spend(budget, work_per_unknown * vertex_.size())) return;
   find_order(matrix.graph);
   cancel.check();
-  cholesky_.factorise(std::move(matrix), order_, cancel, budget);
-  factorised_ = cholesky_.succeeded();
+  cholesky_.factorize(std::move(matrix), order_, cancel, budget);
+  factorized_ = cholesky_.succeeded();
 }
 
 std::vector<std::uint32_t> DirichletLaplacian::elimination() const {

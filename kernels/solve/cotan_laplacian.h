@@ -22,7 +22,7 @@ class DirichletLaplacian {
 
   // False when the factorization met a pivot that is not positive (rounding), or the budget did not suffice;
   // solve() must not be called then.
-  bool factorised() const { return factorised_; }
+  bool factorized() const { return factorized_; }
 
   // x_I = A_II^-1 (b_I - A_IB x_B) for V values: boundary entries of x are read, interior ones written.
   // O(factor).
@@ -52,7 +52,7 @@ class DirichletLaplacian {
   std::vector<std::uint32_t> order_;    // unknowns in the order of elimination
   std::vector<RimEdge> rim_;
   SparseCholesky cholesky_;
-  bool factorised_ = false;
+  bool factorized_ = false;
 };
 
 }  // namespace meander

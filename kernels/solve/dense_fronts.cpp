@@ -136,7 +136,7 @@ class Front {
 
   // Computes the columns of L, each subtracted from those behind it in the block. False when a pivot is not
   // positive.
-  bool factorise(std::size_t begin, std::size_t end) const {
+  bool factorize(std::size_t begin, std::size_t end) const {
     for (std::size_t j = begin; j < end; ++j) {
       double* left = column(j);
       if (!(left[j] > 0)) return false;
@@ -199,14 +199,14 @@ bool in_blocks(std::size_t begin, std::size_t end, std::size_t width, const Body
 
 }  // namespace
 
-bool factorise_front(double* values, std::size_t rows, std::size_t columns, InstructionSet set) {
+bool factorize_front(double* values, std::size_t rows, std::size_t columns, InstructionSet set) {
   const Front front(values, rows);
   const SubtractTile subtract = tile_of(set);
   std::vector<double> packed;
   return in_blocks(0, columns, block_width, [&](std::size_t first, std::size_t last) {
     const bool tiled = last - first >= min_tiled;
     if (!in_blocks(first, last, panel_width, [&](std::size_t begin, std::size_t end) {
-          if (!front.factorise(begin, end)) return false;
+          if (!front.factorize(begin, end)) return false;
           front.update_lower(begin, end, tiled ? last : rows);
           return true;
         }))

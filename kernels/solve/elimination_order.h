@@ -6,16 +6,16 @@
 
 namespace meander {
 
-// The neighbors of unknown i are neighbours[begin[i]] .. neighbours[begin[i + 1] - 1]: symmetric, repeats are
+// The neighbors of unknown i are neighbors[begin[i]] .. neighbors[begin[i + 1] - 1]: symmetric, repeats are
 // allowed, i itself is not among them. n = begin.size() - 1.
 struct UnknownGraph {
   std::vector<std::uint32_t> begin;
-  std::vector<std::uint32_t> neighbours;
+  std::vector<std::uint32_t> neighbors;
 
   std::size_t count() const { return begin.size() - 1; }
 };
 
-// The matrix with A(i, neighbours[e]) = values[e], repeats added, and A(i, i) = diagonal[i].
+// The matrix with A(i, neighbors[e]) = values[e], repeats added, and A(i, i) = diagonal[i].
 struct GraphMatrix {
   UnknownGraph graph;
   std::vector<double> values, diagonal;

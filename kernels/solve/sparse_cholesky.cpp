@@ -18,15 +18,15 @@ SparseCholesky::Permuted SparseCholesky::analyse(const UnknownGraph& graph, std:
   Permuted matrix;
   LowerTriangle& lower = matrix.lower;
   lower.begin.reserve(n + 1);
-  lower.row.reserve(graph.neighbours.size() / 2);
-  lower.value.reserve(graph.neighbours.size() / 2);
+  lower.row.reserve(graph.neighbors.size() / 2);
+  lower.value.reserve(graph.neighbors.size() / 2);
   matrix.diagonal.reserve(n);
   for (std::uint32_t k = 0; k < n; ++k) {
     const std::uint32_t unknown = elimination.unknown[k];
     lower.begin.push_back(static_cast<std::uint32_t>(lower.row.size()));
     matrix.diagonal.push_back(diagonal[unknown]);
     for (std::uint32_t e = graph.begin[unknown]; e < graph.begin[unknown + 1]; ++e) {
-      const std::uint32_t row = elimination.place[graph.neighbours[e]];
+      const std::uint32_t row = elimination.place[graph.neighbors[e]];
       if (row <= k) continue;
       lower.row.push_back(row);
       lower.value.push_back(values[e]);
@@ -40,22 +40,22 @@ SparseCholesky::Permuted SparseCholesky::analyse(const UnknownGraph& graph, std:
   return matrix;
 }
 
-void SparseCholesky::factorise(const UnknownGraph& graph, std::span<const double> values,
+void SparseCholesky::factorize(const UnknownGraph& graph, std::span<const double> values,
                                std::span<const double> diagonal, std::span<const std::uint32_t> order,
                                const CancelToken& cancel) {
-  factorise(analyse(graph, values, diagonal, order), cancel);
+  factorize(analyse(graph, values, diagonal, order), cancel);
 }
 
-void SparseCholesky::factorise(GraphMatrix&& matrix, std::span<const std::uint32_t> order,
+void SparseCholesky::factorize(GraphMatrix&& matrix, std::span<const std::uint32_t> order,
                                const CancelToken& cancel, WorkBudget* budget) {
   const Permuted permuted = analyse(matrix.graph, matrix.values, matrix.diagonal, order);
   matrix = {};
   succeeded_ = false;
   if (!spend(budget, nodes_.elimination_work() / 2)) return;
-  factorise(permuted, cancel);
+  factorize(permuted, cancel);
 }
 
-void SparseCholesky::factorise(const Permuted& matrix, const CancelToken& cancel) {
+void SparseCholesky::factorize(const Permuted& matrix, const CancelToken& cancel) {
   succeeded_ = false;
   cancel.check();
   const LowerTriangle& lower = matrix.lower;
@@ -84,7 +84,7 @@ void SparseCholesky::factorise(const Permuted& matrix, const CancelToken& cancel
         update += count - j;
       }
     });
-    if (!factorise_front(front.data(), m, w)) return;
+    if (!factorize_front(front.data(), m, w)) return;
     std::copy(front.begin(), front.begin() + static_cast<std::ptrdiff_t>(m * w),
               panel_.begin() + static_cast<std::ptrdiff_t>(panel_begin_[s]));
     if (!updates.put(s)) continue;

@@ -39,14 +39,14 @@ void at_width(std::size_t count, const Solve& solve) {
 // mesh is a third of the factor.
 class SparseCholesky {
  public:
-  // `values` beside graph.neighbours holds the entries off the diagonal (repeats are added, no vertex is its
+  // `values` beside graph.neighbors holds the entries off the diagonal (repeats are added, no vertex is its
   // own neighbor), `diagonal` those on it. The elimination order starts from `order` and is refined so that
   // supernodes are contiguous. O(n^1.5) for planar graphs. Throws timeout / RunCancelled.
-  void factorise(const UnknownGraph& graph, std::span<const double> values, std::span<const double> diagonal,
+  void factorize(const UnknownGraph& graph, std::span<const double> values, std::span<const double> diagonal,
                  std::span<const std::uint32_t> order, const CancelToken& cancel = {});
   // The same; the memory of `matrix` is freed before the factor is made. The work, known from the structure,
   // is taken out of `budget` first; where it does not suffice, no factor is made.
-  void factorise(GraphMatrix&& matrix, std::span<const std::uint32_t> order, const CancelToken& cancel = {},
+  void factorize(GraphMatrix&& matrix, std::span<const std::uint32_t> order, const CancelToken& cancel = {},
                  WorkBudget* budget = nullptr);
 
   // False when a pivot was not positive (the matrix is not positive definite, up to rounding) or the budget
@@ -69,7 +69,7 @@ class SparseCholesky {
   };
   Permuted analyse(const UnknownGraph& graph, std::span<const double> values,
                    std::span<const double> diagonal, std::span<const std::uint32_t> order);
-  void factorise(const Permuted& matrix, const CancelToken& cancel);
+  void factorize(const Permuted& matrix, const CancelToken& cancel);
   template <int Count>
   void solve_permuted(double* x) const;
   template <int Count>

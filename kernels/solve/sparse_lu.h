@@ -20,7 +20,7 @@ class SparseLu {
   // Frees the memory of `matrix` before the factors are made. The work, known from the structure, is taken
   // out of `budget` first. Returns false when a pivot is 0 or not finite, or the budget does not suffice;
   // solve() must not be called then. O(n^1.5) for planar graphs. Throws timeout / RunCancelled.
-  bool factorise(GraphMatrix&& matrix, std::span<const std::uint32_t> order, const CancelToken& cancel = {},
+  bool factorize(GraphMatrix&& matrix, std::span<const std::uint32_t> order, const CancelToken& cancel = {},
                  WorkBudget* budget = nullptr);
 
   // x = A^-1 b in place, for two right-hand sides at once.

@@ -15,7 +15,7 @@ std::vector<std::uint32_t> elimination_tree(const UnknownGraph& graph, std::span
   std::vector<std::uint32_t> parent(order.size(), none), ancestor(order.size(), none);
   for (std::uint32_t k = 0; k < order.size(); ++k)
     for (std::uint32_t e = graph.begin[order[k]]; e < graph.begin[order[k] + 1]; ++e) {
-      std::uint32_t j = place[graph.neighbours[e]];
+      std::uint32_t j = place[graph.neighbors[e]];
       while (j < k) {
         const std::uint32_t next = ancestor[j];
         ancestor[j] = k;

@@ -35,19 +35,19 @@ GraphMatrix surface_laplacian(const IntrinsicSurface& surface, std::span<const d
     laplacian.diagonal[b] += weight;
   });
   for (std::size_t v = 0; v < surface.vertex_count; ++v) begin[v + 1] += begin[v];
-  laplacian.graph.neighbours.resize(begin.back());
+  laplacian.graph.neighbors.resize(begin.back());
   laplacian.values.resize(begin.back());
   std::vector<std::uint32_t> cursor(begin.begin(), begin.end() - 1);
   for_each_edge(surface, half_cotangent, [&](std::uint32_t a, std::uint32_t b, double weight) {
-    laplacian.graph.neighbours[cursor[a]] = b;
+    laplacian.graph.neighbors[cursor[a]] = b;
     laplacian.values[cursor[a]++] = -weight;
-    laplacian.graph.neighbours[cursor[b]] = a;
+    laplacian.graph.neighbors[cursor[b]] = a;
     laplacian.values[cursor[b]++] = -weight;
   });
   return laplacian;
 }
 
-void factorise_laplacian(SparseCholesky& factor, const UnknownGraph& graph, std::span<const double> values,
+void factorize_laplacian(SparseCholesky& factor, const UnknownGraph& graph, std::span<const double> values,
                          std::span<const double> diagonal, std::span<const std::uint32_t> order,
                          const CancelToken& cancel) {
   double mean = 0;
@@ -55,7 +55,7 @@ void factorise_laplacian(SparseCholesky& factor, const UnknownGraph& graph, std:
   for (const double raise : {0.0, 1e-12, 1e-9, 1e-6}) {
     std::vector<double> raised(diagonal.begin(), diagonal.end());
     for (double& d : raised) d += raise * (std::abs(d) + mean);
-    factor.factorise(graph, values, raised, order, cancel);
+    factor.factorize(graph, values, raised, order, cancel);
     if (factor.succeeded()) return;
   }
   throw ItemError(Status::internal, "the Laplacian of a component could not be factorised");

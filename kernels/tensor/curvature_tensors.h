@@ -43,7 +43,7 @@ std::vector<std::string> validate(const CurvatureFieldParameters& parameters);
 // log S at the W working vertices in the given frames: s_k = (|kappa_k| + epsilon)^(-1/2), so that the
 // primary direction is that of least absolute curvature; s1 is limited to max_ratio s2. The tensors are
 // smoothed before this step and the field after it; where s1 / s2 < 1.05 (umbilics, flat parts) the field is
-// made isotropic. It depends on neither scale nor position, and is not normalized (normalise_spacings does
+// made isotropic. It depends on neither scale nor position, and is not normalized (normalize_spacings does
 // that). O(T + W log W), deterministic for every thread count. Throws timeout / RunCancelled; parameters are
 // taken as valid.
 std::vector<TangentTensor> curvature_field(const PreparedMesh& mesh, std::span<const TangentFrame> frames,

@@ -112,7 +112,7 @@ GradientMatch match_gradients(const IntrinsicDisk& disk, std::span<const double>
   if (pinned.empty()) return match;
   pinned[0] = 1;
   const DirichletLaplacian laplacian(disk, {weights.begin(), weights.end()}, pinned, cancel, budget);
-  if (!laplacian.factorised()) return match;
+  if (!laplacian.factorized()) return match;
   std::vector<double> right_u(disk.vertex_count, 0), right_v(disk.vertex_count, 0);
   for (std::uint32_t h = 0; h < disk.triangles.size(); ++h) {
     const std::uint32_t from = disk.triangles[h], to = disk.triangles[next_half_edge(h)];

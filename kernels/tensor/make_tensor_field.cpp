@@ -394,7 +394,7 @@ TensorField make_tensor_field(const PolygonMesh& file, const PreparedMesh& mesh,
   const TensorFieldReport ratios = clamp_ratios(mesh, field, parameters.max_ratio);
   if (report != nullptr) *report = ratios;
   center_spacings(mesh, field);
-  if (const double factor = normalise_spacings(mesh, field); !std::isfinite(factor) || !(factor > 0))
+  if (const double factor = normalize_spacings(mesh, field); !std::isfinite(factor) || !(factor > 0))
     throw ItemError(Status::unreadable,
                     "the spacings of the tensor field differ too much: their density is not finite");
   return field;

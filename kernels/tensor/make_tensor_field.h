@@ -67,7 +67,7 @@ struct TensorFieldReport {
 };
 
 // Makes the field on the working triangles, with its ratio clamped to max_ratio (s1 s2 is kept), then
-// normalized (normalise_spacings: mean density 1).
+// normalized (normalize_spacings: mean density 1).
 //
 // Attributes and tables, in file axes, are either
 //   six numbers NAME_xx NAME_xy NAME_xz NAME_yy NAME_yz NAME_zz: a symmetric tensor in the given form, which

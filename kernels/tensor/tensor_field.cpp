@@ -79,7 +79,7 @@ std::vector<double> tensor_density(const TensorField& field) {
   return density;
 }
 
-double normalise_spacings(const PreparedMesh& mesh, TensorField& field) {
+double normalize_spacings(const PreparedMesh& mesh, TensorField& field) {
   const std::vector<double> density = tensor_density(field);
   std::vector<double> mass(mesh.triangle_count());
   for (std::size_t t = 0; t < mass.size(); ++t)

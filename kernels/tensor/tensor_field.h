@@ -38,7 +38,7 @@ TensorField field_from_vertices(const PreparedMesh& mesh, std::span<const Tangen
 // Adds one constant to both eigenvalues everywhere so that the integral of 1 / (s1 s2) over the surface
 // equals the surface's area: the mean density is 1, whatever the units of the input. Returns the factor that
 // both spacings were multiplied by. O(T).
-double normalise_spacings(const PreparedMesh& mesh, TensorField& field);
+double normalize_spacings(const PreparedMesh& mesh, TensorField& field);
 
 // 1 / (s1 s2) at the corners of every triangle: 3 T numbers > 0. O(T), parallel.
 std::vector<double> tensor_density(const TensorField& field);
