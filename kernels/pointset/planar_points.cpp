@@ -6,7 +6,7 @@
 
 #include "kernels/core/parallel.h"
 #include "kernels/core/random.h"
-#include "kernels/curve/curve_point.h"
+#include "kernels/pointset/curve_point.h"
 #include "kernels/pointset/iterative_points.h"
 #include "kernels/sample/place_samples.h"
 

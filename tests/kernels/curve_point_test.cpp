@@ -1,4 +1,4 @@
-#include "kernels/curve/curve_point.h"
+#include "kernels/pointset/curve_point.h"
 
 #include <cmath>
 

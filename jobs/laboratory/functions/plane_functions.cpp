@@ -8,7 +8,7 @@
 #include "jobs/laboratory/functions/laboratory_functions.h"
 #include "jobs/inputs/surface_sources.h"
 #include "kernels/analyse/discrepancy_sphere.h"
-#include "kernels/curve/curve_point.h"
+#include "kernels/pointset/curve_point.h"
 #include "kernels/pointset/sphere_points.h"
 #include "kernels/surface/sample_surface.h"
 #include "kernels/surface/surface_measure.h"
