@@ -25,6 +25,13 @@ struct DistanceHistogramParameters {
   InstructionSet instructions = InstructionSet::automatic;
 };
 
+// The range of the bins over the mean distance, for HistogramScale::mean.
+inline constexpr double histogram_range_per_mean = 3;
+
+// Throws std::invalid_argument for bins or range out of range, or instructions that the processor does not
+// have.
+void check_histogram_parameters(const DistanceHistogramParameters& parameters);
+
 struct DistanceHistogram {
   std::vector<double> shares;         // bins; sum 1
   std::vector<std::uint64_t> counts;  // bins; sum pairs. Empty for weighted histograms
@@ -46,12 +53,5 @@ struct DistanceHistogram {
 DistanceHistogram distance_histogram(std::span<const float> points,
                                      const DistanceHistogramParameters& parameters = {},
                                      const CancelToken& cancel = {});
-
-// The same with pairs weighted w_i w_j, in double, for ground truths (mesh vertices weighted by their area,
-// docs/METHODS.md 12.1). points: 3 n; weights: n, >= 0, finite, two of them positive; points of weight 0
-// count nowhere. The mean is weighted too. `instructions` must be automatic or scalar. O(n^2), parallel in
-// fixed blocks: the same bytes for every thread count. Throws std::invalid_argument as above.
-DistanceHistogram weighted_distance_histogram(std::span<const double> points, std::span<const double> weights,
-                                              const DistanceHistogramParameters& parameters = {});
 
 }  // namespace meander
