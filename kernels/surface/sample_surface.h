@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "kernels/core/cancel.h"
-#include "kernels/curve/curve_tree.h"
+#include "kernels/curve/curve_key.h"
 #include "kernels/sample/place_samples.h"
 #include "kernels/surface/surface.h"
 
@@ -48,6 +48,9 @@ struct SurfaceSampleParameters {
 // Returns all problems of the parameters, one sentence each; empty when they are valid.
 std::vector<std::string> validate(const SurfaceSampleParameters& parameters);
 
+// Throws std::invalid_argument with all problems that `validate` finds.
+void require_valid(const SurfaceSampleParameters& parameters);
+
 // N points in file order (progressive, or along the curve).
 struct SurfaceSamples {
   std::vector<float> points;              // 3 N, distinct; coordinates of the surface = loc + scale * point
@@ -85,14 +88,5 @@ struct SurfaceSamples {
 // somewhere, with the point in the sentence); timeout and RunCancelled.
 SurfaceSamples sample_surface(const ParametricSurface& surface, const SurfaceSampleParameters& parameters,
                               const CancelToken& cancel = {});
-
-// The leaves of the curve of sample_surface, one by one, for figures.
-struct SurfaceCurve {
-  CurveTree tree;            // over the unit square (the warped one with reparameterise)
-  std::vector<double> mass;  // L measures, in curve order; they sum to the measure
-  std::vector<double> uv;    // 2 L: the leaf centers in the surface's own parameters
-};
-SurfaceCurve build_surface_curve(const ParametricSurface& surface, const SurfaceSampleParameters& parameters,
-                                 const CancelToken& cancel = {});
 
 }  // namespace meander

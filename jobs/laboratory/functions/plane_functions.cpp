@@ -10,6 +10,7 @@
 #include "kernels/analyse/discrepancy_sphere.h"
 #include "kernels/pointset/curve_point.h"
 #include "kernels/pointset/sphere_points.h"
+#include "kernels/pointset/surface_curve.h"
 #include "kernels/surface/sample_surface.h"
 #include "kernels/surface/surface_measure.h"
 
