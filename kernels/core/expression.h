@@ -102,7 +102,8 @@ class Expression {
 // Splits a list of formulas at the commas outside of parentheses: "u, v, max(u, v)" has three.
 std::vector<std::string_view> split_formulas(std::string_view text);
 
-// A named density of Quinn et al., "Fast low-discrepancy sampling of parametric surfaces and meshes"; x, y run over the unit square of the plane.
+// A named density of Quinn et al., "Fast low-discrepancy sampling of parametric surfaces and meshes"; x, y
+// run over the unit square of the plane.
 struct ExpressionPreset {
   std::string_view name, text, meaning;
 };
