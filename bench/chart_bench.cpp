@@ -78,23 +78,23 @@ DirichletSystem dirichlet_system(const CutChart& chart) {
     if (j != no_index) ++system.graph.begin[i + 1];
   });
   for (std::size_t i = 0; i < count; ++i) system.graph.begin[i + 1] += system.graph.begin[i];
-  system.graph.neighbours.resize(system.graph.begin.back());
+  system.graph.neighbors.resize(system.graph.begin.back());
   system.values.assign(system.graph.begin.back(), -1);
   std::vector<std::uint32_t> cursor(system.graph.begin.begin(), system.graph.begin.end() - 1);
   each_edge([&](std::uint32_t i, std::uint32_t j) {
-    if (j != no_index) system.graph.neighbours[cursor[i]++] = j;
+    if (j != no_index) system.graph.neighbors[cursor[i]++] = j;
   });
   return system;
 }
 
-// Order, factorise, and solve for two right-hand sides: what boundary-first flattening does once per chart.
+// Order, factorize, and solve for two right-hand sides: what boundary-first flattening does once per chart.
 void solve_system(benchmark::State& state) {
   const DirichletSystem system = dirichlet_system(cut_shape(state.range(0)).cuts.at(0));
   std::vector<double> x, y;
   std::size_t entries = 0;
   for ([[maybe_unused]] auto _ : state) {
     SparseCholesky cholesky;
-    cholesky.factorise(system.graph, system.values, system.diagonal, elimination_order(system.graph));
+    cholesky.factorize(system.graph, system.values, system.diagonal, elimination_order(system.graph));
     x.assign(system.diagonal.size(), 1);
     y.assign(system.diagonal.size(), 2);
     cholesky.solve(x, y);
@@ -117,8 +117,7 @@ void solve_system_eigen(benchmark::State& state) {
     for (std::uint32_t i = 0; i < system.diagonal.size(); ++i) {
       lower.emplace_back(i, i, system.diagonal[i]);
       for (std::uint32_t k = system.graph.begin[i]; k < system.graph.begin[i + 1]; ++k)
-        if (system.graph.neighbours[k] < i)
-          lower.emplace_back(i, system.graph.neighbours[k], system.values[k]);
+        if (system.graph.neighbors[k] < i) lower.emplace_back(i, system.graph.neighbors[k], system.values[k]);
     }
     Eigen::SparseMatrix<double> matrix(count, count);
     matrix.setFromTriplets(lower.begin(), lower.end());

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "bench/bench_shapes.h"
+#include "kernels/analyse/weighted_distance_histogram.h"
 #include "kernels/describe/depth_views.h"
 #include "kernels/describe/distance_histogram.h"
 #include "kernels/describe/laplacian_spectrum.h"

@@ -74,7 +74,7 @@ void segment_factor(benchmark::State& state) {
   std::vector<double> values, diagonal(torus.mesh.triangle_count(), 1e-3);
   graph.begin.push_back(0);
   for (std::uint32_t h = 0; h < torus.mesh.opposite.size(); ++h) {
-    graph.neighbours.push_back(torus.mesh.opposite[h] / 3);
+    graph.neighbors.push_back(torus.mesh.opposite[h] / 3);
     values.push_back(-torus.steps.weight[h]);
     diagonal[h / 3] += torus.steps.weight[h];
     if (h % 3 == 2) graph.begin.push_back(h + 1);
@@ -85,7 +85,7 @@ void segment_factor(benchmark::State& state) {
     order = elimination_order(graph);
     if (state.range(0) == 0) continue;
     SparseCholesky cholesky;
-    cholesky.factorise(graph, values, diagonal, order);
+    cholesky.factorize(graph, values, diagonal, order);
     entries = cholesky.factor_entries();
   }
   count_items(state, "triangle", static_cast<double>(torus.mesh.triangle_count()));

@@ -9,8 +9,8 @@
 
 namespace meander {
 
-// Sets of 0 .. count - 1, each number alone at first. The least number of a set represents it, whatever the
-// order of the joins. About O(log n) a call, in practice a few steps.
+// Sets of 0 .. count - 1, each number alone at first. The smallest number of a set represents it, whatever
+// the order of the joins. O(log n) a call amortized, in practice a few steps.
 class DisjointSets {
  public:
   explicit DisjointSets(std::size_t count) : parent_(count) {
@@ -22,7 +22,7 @@ class DisjointSets {
     return i;
   }
 
-  // False when both were in one set already.
+  // Returns false when both were in one set already.
   bool join(std::uint32_t a, std::uint32_t b) {
     a = find(a);
     b = find(b);

@@ -1,10 +1,10 @@
-// Division by a power of two, as multiplications.
+// Division by a power of two, done as multiplications.
 #pragma once
 
 namespace meander {
 
-// x / divisor for a power of two, bit for bit, also where 1 / divisor is beyond double (divisors below
-// 2^-1023).
+// Gives x / divisor bit for bit where the divisor is a power of two, even where 1 / divisor overflows double
+// (divisors below 2^-1023).
 class ExactDivision {
  public:
   explicit ExactDivision(double divisor)

@@ -1,4 +1,4 @@
-// Sums and products of two doubles without an error, as pairs. They rely on rounding to nearest without
+// Error-free sums and products of two doubles, as pairs. They rely on rounding to nearest, without
 // contraction or excess precision.
 #pragma once
 
@@ -9,20 +9,20 @@ struct DoublePair {
   double high, low;
 };
 
-// Of any two finite doubles whose sum is finite (Knuth 1969).
+// Adds any two finite doubles whose sum is finite (Knuth 1969).
 inline DoublePair two_sum(double a, double b) {
   const double sum = a + b;
   const double b_part = sum - a;
   return {sum, (a - (sum - b_part)) + (b - b_part)};
 }
 
-// Where |a| >= |b| or a = 0 (Dekker 1971).
+// Adds a and b where |a| >= |b| or a = 0 (Dekker 1971).
 inline DoublePair fast_two_sum(double a, double b) {
   const double sum = a + b;
   return {sum, b - (sum - a)};
 }
 
-// Of doubles below 2^996, with a product that is 0 or above 2^-969 (Dekker 1971).
+// Multiplies doubles below 2^996 whose product is 0 or above 2^-969 (Dekker 1971).
 inline DoublePair two_product(double a, double b) {
   const auto split = [](double x) {
     const double scaled = 134217729.0 * x;  // 2^27 + 1

@@ -92,33 +92,17 @@ class Compiler {
     emit(Operation::constant, static_cast<std::uint32_t>(constants_.size() - 1), 1);
   }
 
-  void sum() {
-    product();
-    while (true) {
-      if (take('+')) {
-        product();
-        emit(Operation::add, 0, -1);
-      } else if (take('-')) {
-        product();
-        emit(Operation::subtract, 0, -1);
-      } else {
-        return;
-      }
-    }
-  }
+  void sum() { operands(&Compiler::product, '+', Operation::add, '-', Operation::subtract); }
+  void product() { operands(&Compiler::sign, '*', Operation::multiply, '/', Operation::divide); }
 
-  void product() {
-    sign();
+  // Operands with either of two operators between them, left-associative.
+  void operands(void (Compiler::*operand)(), char one, Operation first, char other, Operation second) {
+    (this->*operand)();
     while (true) {
-      if (take('*')) {
-        sign();
-        emit(Operation::multiply, 0, -1);
-      } else if (take('/')) {
-        sign();
-        emit(Operation::divide, 0, -1);
-      } else {
-        return;
-      }
+      const bool is_first = take(one);
+      if (!is_first && !take(other)) return;
+      (this->*operand)();
+      emit(is_first ? first : second, 0, -1);
     }
   }
 
@@ -230,7 +214,7 @@ double raised(double base, std::uint32_t exponent) {
   return result;
 }
 
-// Number of operands that an operation takes from the stack.
+// The number of operands that an operation takes from the stack.
 int arity_of(Operation operation) {
   switch (operation) {
     case Operation::constant:
@@ -255,7 +239,7 @@ Jet absolute(const Jet& x) {
   return value_of(x) < 0 ? -x : x;
 }
 
-// The value as it is without derivatives, which products with a reciprocal may miss by a last bit.
+// Replaces the value by that of the plain operation, which products with a reciprocal may miss by a last bit.
 double with_value(double, double value) { return value; }
 template <class Jet>
 Jet with_value(Jet x, double value) {

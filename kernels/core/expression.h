@@ -12,13 +12,13 @@
 
 namespace meander {
 
-// The names that a formula may use, besides functions and pi; letters and underscores.
+// The names that a formula may use besides functions and pi: letters and underscores.
 using ExpressionVariables = std::span<const std::string_view>;
-// Those of a parametric surface: its parameters, and the point in space.
+// The names of a parametric surface: its parameters and the point in space.
 inline constexpr std::array<std::string_view, 5> surface_variables = {"u", "v", "x", "y", "z"};
 
-// The values of each variable, one per point, in the order of their names; those of variables that the
-// expression does not use may be empty.
+// The values of each variable, one a point, in the order of the names; empty spans are allowed for variables
+// that the expression does not use.
 template <class Scalar>
 using ExpressionInputs = std::span<const std::span<const Scalar>>;
 
@@ -35,25 +35,27 @@ using ExpressionInputs = std::span<const std::span<const Scalar>>;
 // The whole text may also be the name of a preset: see expression_presets().
 class Expression {
  public:
-  // Throws std::invalid_argument with the position (1-based column), what was expected, and for an unknown
-  // name the nearest known one.
+  // Throws std::invalid_argument, which gives the position (a column from 1), what was expected, and for an
+  // unknown name the nearest known one.
   explicit Expression(std::string_view text, ExpressionVariables variables = surface_variables);
 
-  // result[i] = value at point i; NaN and infinities come out as the arithmetic gives them. `count` points =
-  // result.size(). About 1 to 30 ns an operation and point. Thread-safe.
+  // result[i] = value at point i, for result.size() points; NaN and infinities come out as the arithmetic
+  // gives them. Throws std::invalid_argument where a variable in use has fewer values. O(operations x
+  // points). Thread-safe.
   void evaluate(ExpressionInputs<double> inputs, std::span<double> result) const;
-  // The same with derivatives; those of abs, min and max are of the branch that is taken, and powers with a
-  // variable exponent have them where their base is positive (NaN else).
+  // Evaluates with derivatives. Those of abs, min and max are of the branch that is taken; powers with a
+  // variable exponent have derivatives where their base is positive, and NaN elsewhere.
   void evaluate(ExpressionInputs<Jet1> inputs, std::span<Jet1> result) const;
   void evaluate(ExpressionInputs<Jet2> inputs, std::span<Jet2> result) const;
 
   // Whether the variable occurs.
   bool uses(std::string_view variable) const;
-  bool uses(std::size_t variable) const { return used_[variable]; }  // by its number
+  // The same by the number of the variable.
+  bool uses(std::size_t variable) const { return used_[variable]; }
 
-  // The degree of the polynomial that it is in numbers of which each variable is one of the given degree
-  // (in the order of their names; 0: a constant); not_polynomial where it is none, or the text does not show
-  // it. An upper bound: x - x has the degree of x.
+  // The degree of the expression as a polynomial in numbers of which each variable is a polynomial of the
+  // given degree (in the order of the names; 0: a constant). It is an upper bound: x - x has the degree of x.
+  // Returns not_polynomial where the text does not show one.
   static constexpr std::uint32_t not_polynomial = 1000000;
   std::uint32_t degree(std::span<const std::uint32_t> of_variables) const;
   const std::string& text() const { return text_; }
@@ -81,7 +83,8 @@ class Expression {
   };
   struct Instruction {
     Operation operation;
-    std::uint32_t argument = 0;  // number of the constant or variable; the exponent of integer_power
+    // The number of the constant or variable, or the exponent of integer_power.
+    std::uint32_t argument = 0;
   };
 
  private:
@@ -96,14 +99,15 @@ class Expression {
   std::size_t stack_size_ = 0;
 };
 
-// The texts between commas outside of parentheses, "u, v, max(u, v)" being three: as many formulas.
+// Splits a list of formulas at the commas outside of parentheses: "u, v, max(u, v)" has three.
 std::vector<std::string_view> split_formulas(std::string_view text);
 
-// A named density of the survey and its figures; x, y run over the unit square of the plane.
+// A named density of Quinn et al., "Fast low-discrepancy sampling of parametric surfaces and meshes"; x, y
+// run over the unit square of the plane.
 struct ExpressionPreset {
   std::string_view name, text, meaning;
 };
-// x2y2, cos3sin3, cos10, blob, balzer.
+// Lists x2y2, cos3sin3, cos10, blob and balzer.
 std::span<const ExpressionPreset> expression_presets();
 
 }  // namespace meander

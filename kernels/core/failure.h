@@ -14,9 +14,9 @@ struct Failure {
   std::string reason;  // one sentence
 };
 
-// The failure that the exception in flight is: ItemError with its own status and sentence, std::bad_alloc as
-// out_of_memory, anything else as internal, naming `stage` where the work was done. To be called in a catch
-// clause. RunCancelled is no failure of the item and must be caught before.
+// Maps the exception being handled: ItemError to its own status and sentence, std::bad_alloc to
+// out_of_memory, anything else to internal with the name of `stage`. Call it in a catch clause. RunCancelled
+// is not a failure of the item and must be caught before.
 Failure current_failure(std::string_view stage);
 
 }  // namespace meander

@@ -1,12 +1,12 @@
-// Machine instructions of loops that come in several versions, chosen at run time. The result of such a loop
-// is the same bytes with each of them.
+// Instruction sets of loops that come in several versions, chosen at run time. Every version gives the same
+// bytes.
 #pragma once
 
 #include <cstdint>
 #include <string_view>
 
-// In front of a function: what the compiler may use in it. On other architectures nothing, where
-// is_available() says that nobody is to call it.
+// Stands before a function and names the instructions that the compiler may use in it. It is empty on other
+// architectures, where is_available() returns false.
 #if defined(__x86_64__)
 #define MEANDER_TARGET(instructions) __attribute__((target(instructions)))
 #else
@@ -21,9 +21,12 @@ inline constexpr bool is_x86 = true;
 inline constexpr bool is_x86 = false;
 #endif
 
-enum class InstructionSet : std::uint8_t { automatic, scalar, avx2, avx512 };  // scalar: the baseline
+// `scalar` is the baseline of the architecture.
+enum class InstructionSet : std::uint8_t { automatic, scalar, avx2, avx512 };
 std::string_view name_of(InstructionSet set);
-bool is_available(InstructionSet set);  // on the processor that this runs on
-InstructionSet best_instruction_set();  // never automatic
+// Whether the processor has these instructions.
+bool is_available(InstructionSet set);
+// Never returns automatic.
+InstructionSet best_instruction_set();
 
 }  // namespace meander

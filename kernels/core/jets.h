@@ -1,6 +1,6 @@
 // Forward-mode automatic differentiation in two variables: numbers that carry their derivatives by u and v
 // (Griewank and Walther 2008, "Evaluating derivatives", chapters 3 and 13). Formulas written over a scalar
-// type run on double, on Jet1 (first derivatives) and on Jet2 (first and second).
+// type run on double, on Jet1 (first derivatives) and on Jet2 (first and second derivatives).
 #pragma once
 
 #include <cmath>
@@ -13,7 +13,8 @@ namespace meander {
 struct Jet1 {
   double f = 0, u = 0, v = 0;
   constexpr Jet1() = default;
-  constexpr Jet1(double value) : f(value) {}  // a constant; implicit, so that formulas may mix in numbers
+  // A constant; implicit, so that formulas may mix in numbers.
+  constexpr Jet1(double value) : f(value) {}
   constexpr Jet1(double value, double by_u, double by_v) : f(value), u(by_u), v(by_v) {}
 };
 
@@ -25,10 +26,10 @@ struct Jet2 {
       : f(value), u(by_u), v(by_v), uu(by_uu), uv(by_uv), vv(by_vv) {}
 };
 
-// A derivative of g times one of x: none where x does not change, though g may be infinitely steep there, as
-// the root of a part that is clamped to 0.
+// A derivative of g times one of x. It is 0 where x does not change, even where g is infinitely steep, as the
+// square root of a part that is clamped to 0.
 constexpr double steep(double g, double x) { return x == 0 ? 0 : g * x; }
-// g(x) from the value and the derivatives of g at x.
+// g(x) from the value g and the derivatives g1, g2 of g at x.
 constexpr double chain(double, double g, double, double) { return g; }
 constexpr Jet1 chain(const Jet1& x, double g, double g1, double) {
   return {g, steep(g1, x.u), steep(g1, x.v)};
@@ -66,7 +67,7 @@ constexpr Jet2 operator*(const Jet2& a, const Jet2& b) {
           a.uv * b.f + a.u * b.v + a.v * b.u + a.f * b.uv,
           a.vv * b.f + 2 * a.v * b.v + a.f * b.vv};
 }
-// Numbers times jets, without the products with zero.
+// Numbers times jets, without the products by zero.
 constexpr Jet1 operator*(double a, const Jet1& b) { return {a * b.f, a * b.u, a * b.v}; }
 constexpr Jet1 operator*(const Jet1& a, double b) { return b * a; }
 constexpr Jet2 operator*(double a, const Jet2& b) {
@@ -86,7 +87,7 @@ template <class Scalar>
 struct CosineSine {
   Scalar cosine, sine;
 };
-// Both at once, from one reduction; the same bits on every machine. |x| up to a few thousand turns.
+// Both functions at once, from one reduction; the same bits on every machine. |x| up to a few thousand turns.
 template <class Scalar>
 CosineSine<Scalar> cosine_sine(const Scalar& x) {
   const auto [c, s] = direction_of(value_of(x));
@@ -102,7 +103,7 @@ constexpr Scalar integer_power(const Scalar& x, int n) {
   };
   return chain(x, raised(n), n > 0 ? n * raised(n - 1) : 0.0, n > 1 ? n * (n - 1) * raised(n - 2) : 0.0);
 }
-// Not differentiable at 0.
+// The derivatives are infinite or NaN at 0.
 template <class Scalar>
 Scalar square_root(const Scalar& x) {
   const double r = std::sqrt(value_of(x));

@@ -1,6 +1,6 @@
-// Vectors of many megabytes. The system gives their memory page by page where it is first written, which
-// takes longer than the writing, and a vector is first written by one thread. Here the pages are fetched by
-// all threads.
+// Vectors of many megabytes. The system maps their pages one by one at the first write, which takes longer
+// than the writing itself and is done by the one thread that writes first. These functions fetch the pages
+// with all threads.
 #pragma once
 
 #include <cstddef>
@@ -9,11 +9,11 @@
 
 namespace meander {
 
-// Fetches the pages of memory that will be written. It may do nothing: what is not fetched comes with the
-// first write. For blocks of several megabytes, which allocators ask the system for.
+// Fetches the pages of memory that will be written. This is only a hint: pages that are not fetched come with
+// the first write. It pays for blocks of several megabytes, which allocators ask the system for.
 void fetch_pages(void* memory, std::size_t bytes);
 
-// reserve(), resize() and make_unique_for_overwrite() of memory that will be written as a whole.
+// reserve(), resize(), assign() and make_unique_for_overwrite() for memory that will be written as a whole.
 template <class T>
 void reserve_large(std::vector<T>& vector, std::size_t count) {
   if (count <= vector.capacity()) return;
@@ -30,7 +30,7 @@ void assign_large(std::vector<T>& vector, std::size_t count, const T& value) {
   reserve_large(vector, count);
   vector.assign(count, value);
 }
-// `next` behind what is there; large ones want capacity for it.
+// Appends `next`; large vectors should have capacity for it.
 template <class T>
 void append_large(std::vector<T>& vector, const std::vector<T>& next) {
   if (vector.capacity() - vector.size() >= next.size())

@@ -1,4 +1,4 @@
-// The point of a triangle nearest to another one.
+// The point of a triangle that is nearest to a given point.
 #pragma once
 
 #include <limits>
@@ -8,12 +8,12 @@
 namespace meander {
 
 struct TrianglePlace {
-  double squared = std::numeric_limits<double>::infinity();  // distance
+  double squared = std::numeric_limits<double>::infinity();  // squared distance
   double weight1 = 0, weight2 = 0;                           // barycentric weights of corners 1 and 2
   Vector3 point;
 };
 
-// The nearest point of the segment a b: weight of b, exact at the ends.
+// Sets `point` to the nearest point of the segment a b and returns its weight of b, exact at the ends.
 inline double nearest_on_segment(Vector3 p, Vector3 a, Vector3 b, Vector3& point) {
   const Vector3 edge = b - a;
   const double length = dot(edge, edge), along = dot(p - a, edge);
@@ -29,8 +29,9 @@ inline double nearest_on_segment(Vector3 p, Vector3 a, Vector3 b, Vector3& point
   return along / length;
 }
 
-// Every candidate is a point of the triangle whatever rounding did to its weights, so that the distance found
-// is never too small. Flat and needle-like triangles, whose plane is uncertain, fall back on their edges.
+// Finds the nearest point of the triangle a b c. Every candidate is a point of the triangle whatever rounding
+// did to its weights, so the distance found is never too small. Flat and needle-like triangles, whose plane
+// is uncertain, fall back on their edges.
 inline TrianglePlace nearest_on_triangle(Vector3 p, Vector3 a, Vector3 b, Vector3 c) {
   TrianglePlace best;
   const auto offer = [&](Vector3 point, double weight1, double weight2) {

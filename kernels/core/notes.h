@@ -1,5 +1,5 @@
-// What a file asked for and did not get, or got by a rule that a reader chose: counted by name, with an
-// example of each. A row can be `ok` and have notes.
+// Notes name what a file asked for and did not get, or got by a rule that a reader chose. They are counted by
+// name, with one example of each. A row can be `ok` and have notes.
 #pragma once
 
 #include <array>
@@ -11,25 +11,26 @@
 namespace meander {
 
 // The order is part of the store format: only append.
+// A comment names the cases that are counted.
 enum class Note : std::uint8_t {
-  image_missing,        // an image that is not there
-  image_outside,        // an image outside of what was given as input, which is not opened
-  image_unreadable,     // an image that is damaged or cut
-  image_unsupported,    // an image of a format that is not read
-  image_too_large,      // an image of more pixels than are decoded
-  library_missing,      // a material library (MTL) that is not there
-  library_outside,      // a material library outside of what was given as input
-  library_unreadable,   // a material library that cannot be read
-  library_too_large,    // a material library beyond the size that is read
-  buffer_missing,       // a buffer of glTF that is not there, and that the geometry does without
-  material_missing,     // a material that faces name and no library has
-  material_assumed,     // faces without a material took the only one of their library
+  image_missing,        // images that do not exist
+  image_outside,        // images outside of the input, which are not opened
+  image_unreadable,     // images that are damaged or cut
+  image_unsupported,    // images of a format that is not read
+  image_too_large,      // images of more pixels than are decoded
+  library_missing,      // material libraries (MTL) that do not exist
+  library_outside,      // material libraries outside of the input
+  library_unreadable,   // material libraries that cannot be read
+  library_too_large,    // material libraries beyond the size that is read
+  buffer_missing,       // missing buffers of glTF that the geometry does without
+  material_missing,     // materials that faces name and no library has
+  material_assumed,     // faces without a material that took the only one of their library
   coordinates_missing,  // textured faces whose corners have no texture coordinates
-  feature_ignored,    // an extension or option of a file that changes its shape or colour and is not applied
-  color_map_ignored,  // colours that are numbers of an entry of a colour map
-  node_repeated,      // nodes of glTF with several parents, drawn below each
-  names_dropped,      // names of parts beyond the number of bytes that are kept of a model
-  colors_ignored,     // colours that are there but not valid by the rules of their format
+  feature_ignored,      // extensions or options that change shape or color and are not applied
+  color_map_ignored,    // colors that are indices into a color map
+  node_repeated,        // nodes of glTF with several parents, drawn below each
+  names_dropped,        // names of parts beyond the number of bytes that are kept of a model
+  colors_ignored,       // colors that are invalid by the rules of their format
   count
 };
 inline constexpr std::size_t note_count = static_cast<std::size_t>(Note::count);
@@ -44,7 +45,8 @@ constexpr std::string_view name_of(Note note) { return note_names[static_cast<st
 struct Notes {
   static constexpr std::size_t longest_note_example = 160;
   std::array<std::uint32_t, note_count> counts{};  // saturating
-  std::array<std::string, note_count> examples;    // of the first that was added; one line of text
+  // The example that was added first, as one line of text.
+  std::array<std::string, note_count> examples;
 
   std::uint32_t operator[](Note note) const { return counts[static_cast<std::size_t>(note)]; }
   bool any() const {
@@ -52,13 +54,13 @@ struct Notes {
       if (count > 0) return true;
     return false;
   }
-  // `example` says what and why, as "`images/a.png` is not there".
+  // Counts a note. `example` says what and why, as "`images/a.png` is not there".
   void add(Note note, std::string_view example, std::uint64_t count = 1) {
     const auto n = static_cast<std::size_t>(note);
-    constexpr std::uint32_t most = std::numeric_limits<std::uint32_t>::max();
+    constexpr std::uint32_t max = std::numeric_limits<std::uint32_t>::max();
     if (count == 0) return;
     if (counts[n] == 0) examples[n] = example.substr(0, longest_note_example);
-    counts[n] = count < most - counts[n] ? counts[n] + static_cast<std::uint32_t>(count) : most;
+    counts[n] = count < max - counts[n] ? counts[n] + static_cast<std::uint32_t>(count) : max;
   }
 };
 
@@ -68,7 +70,7 @@ static_assert(note_count <= 64);
 inline constexpr NoteSet every_note = note_count == 64 ? ~NoteSet{0} : (NoteSet{1} << note_count % 64) - 1;
 constexpr NoteSet set_of(Note note) { return NoteSet{1} << static_cast<unsigned>(note); }
 
-// Those that only a reader which was asked for colours takes.
+// The notes that only readers take which were asked for colors.
 inline constexpr NoteSet color_notes =
     set_of(Note::image_missing) | set_of(Note::image_outside) | set_of(Note::image_unreadable) |
     set_of(Note::image_unsupported) | set_of(Note::image_too_large) | set_of(Note::library_missing) |
@@ -85,8 +87,8 @@ inline std::string words_of(NoteSet notes) {
   return words;
 }
 
-// The notes of these kinds in words, "image_missing 2: `a.png`: it is not there; ...": the kind, how many,
-// and an example; empty where there are none.
+// The notes of these kinds in words, "image_missing 2: `a.png`: it is not there; ...": the kind, its count
+// and an example. Empty where there are none.
 inline std::string text_of(const Notes& notes, NoteSet kinds = ~NoteSet{0}) {
   std::string text;
   for (std::size_t n = 0; n < note_count; ++n) {

@@ -1,4 +1,4 @@
-// Parallel blocks whose first error, in the order of the blocks, is the one that is thrown.
+// Parallel blocks that throw the first error in the order of the blocks.
 #pragma once
 
 #include <algorithm>
@@ -11,8 +11,8 @@
 namespace meander {
 
 // Calls body(begin, end) over [0, count) in blocks of at most `block` elements, each a task: for elements of
-// a microsecond and more. When several blocks throw, the exception of the first one comes out, so that the
-// sentence of an error does not depend on threads either.
+// a microsecond and more. When several blocks throw, the exception of the first block comes out, so that even
+// the sentence of an error does not depend on the threads.
 template <class Body>
 void ordered_blocks(std::size_t count, std::size_t block, const Body& body) {
   const std::size_t blocks = (count + block - 1) / block;

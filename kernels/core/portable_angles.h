@@ -13,6 +13,7 @@ namespace meander {
 // Angle of the vector (x, y) with y >= 0, in [0, pi]; 0 for the zero vector. Within 2 units in the last
 // place.
 inline double upper_angle(double y, double x) {
+  // The arc tangents of i / 16.
   constexpr std::array<double, 17> arc_tangents = {0.0,
                                                    0.06241880999595735,
                                                    0.12435499454676144,
@@ -29,7 +30,7 @@ inline double upper_angle(double y, double x) {
                                                    0.6823165548747481,
                                                    0.7188299996216245,
                                                    0.7531512809621944,
-                                                   0.7853981633974483};  // of i / 16
+                                                   0.7853981633974483};
   const double ax = std::abs(x), low = y < ax ? y : ax, high = y < ax ? ax : y;
   if (!(high > 0)) return 0;
   const double t = low / high;
@@ -47,19 +48,19 @@ struct Direction {
   double cosine, sine;
 };
 
-// The part of an angle of at most 1e15 that is left after so many quarter turns.
+// An angle of at most 1e15 less the given number of quarter turns.
 inline double rest_of_angle(double angle, double quarters) {
   // pi / 2 in two parts, the first with 33 bits so that the product is exact.
   if (std::abs(angle) < 8192)
     return (angle - quarters * 1.57079632673412561417e+00) - quarters * 6.07710050650619224932e-11;
-  // In three, with the errors of the products.
+  // Three parts, with the errors of the products.
   const DoublePair high = two_product(quarters, 0x1.921fb54442d18p+0),
                    middle = two_product(quarters, 0x1.1a62633145c07p-54);
   return ((angle - high.high) - high.low - middle.high) - (middle.low + quarters * -0x1.f1976b7ed8fbcp-110);
 }
 
-// Cosine and sine of an angle below 1e15; absolute error below 1e-15 plus 2e-16 per turn up to 8192. NaN from
-// there on, where doubles are an eighth apart, and of what is no number.
+// Cosine and sine of an angle; absolute error below 1e-15 plus 2e-16 a turn up to 8192. NaN from 1e15 on,
+// where doubles are an eighth apart, and for NaN.
 inline Direction direction_of(double angle) {
   if (!(std::abs(angle) < 1e15))
     return {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::quiet_NaN()};

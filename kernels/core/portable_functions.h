@@ -1,8 +1,10 @@
-// Functions of the C library whose last bits differ between processors, versions and architectures: the same
-// bits on every machine, by additions, multiplications, divisions and square roots of IEEE 754 alone.
+// Functions of the C library whose last bits differ between processors, versions and architectures. Here they
+// have the same bits on every machine, by additions, multiplications, divisions and square roots of IEEE 754
+// alone.
 //
 // Names, domains and special values are those of <cmath>; no floating-point exception and no errno is
-// promised. Errors are in units in the last place (ulp) of results that are normal numbers.
+// promised. Each comment bounds the error, in units in the last place (ulp) of results that are normal
+// numbers.
 #pragma once
 
 namespace meander::portable {

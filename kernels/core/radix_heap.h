@@ -20,14 +20,14 @@ class RadixHeap {
 
   bool empty() const { return size_ == 0; }
 
-  // key must not be smaller than the key of the last pop (unless the heap was emptied and reset).
+  // key must be at least the key of the last pop (unless the heap is empty and was restarted).
   void push(double key, std::uint32_t value) {
     buckets_[bucket_of(key)].push_back({key, value});
     ++size_;
   }
 
-  // An entry of the smallest key; the heap must not be empty. Amortised O(number of key bits), in practice a
-  // few moves.
+  // Takes an entry of the smallest key; the heap must not be empty. Amortized O(number of key bits), in
+  // practice a few moves.
   Entry pop() {
     if (buckets_[0].empty()) refill();
     const Entry entry = buckets_[0].back();

@@ -1,4 +1,5 @@
-// Stable sort of 64-bit keys with their 32-bit payload, least significant digit first.
+// Stable radix sorts, least significant digit first: 64-bit keys with their 32-bit payload, and words by
+// their upper bits.
 #pragma once
 
 #include <algorithm>
@@ -20,8 +21,8 @@ struct KeyIndex {
   std::uint32_t index;
 };
 
-// Sorts by key; equal keys keep their order. `scratch` is resized to the size of `items`. Digits of 11 bits;
-// those that all keys share are skipped. O(n), about 2 ns an element and pass; deterministic.
+// Sorts by key; equal keys keep their order. `scratch` is resized to the size of `items`. Digits have 11
+// bits; those that all keys share are skipped. O(n), deterministic.
 inline void radix_sort(std::vector<KeyIndex>& items, std::vector<KeyIndex>& scratch) {
   constexpr std::size_t bits = 11, digits = (64 + bits - 1) / bits, values = std::size_t{1} << bits;
   const auto digit_of = [](std::uint64_t key, std::size_t digit) {
@@ -51,12 +52,12 @@ inline std::size_t word_digit(std::uint64_t word, int low_bit) {
   return (word >> low_bit) & (word_values - 1);
 }
 
-// One digit of many words. Blocks count their own and then know where they go: behind those of the blocks
-// before.
+// Sorts many words by one digit. Each block counts its own words and then knows where they go: behind those
+// of the blocks before it.
 inline void sort_digit_in_blocks(std::span<const std::uint64_t> words, std::span<std::uint64_t> sorted,
                                  int low_bit) {
-  constexpr std::size_t most_blocks = 16;
-  const std::size_t block = (words.size() + most_blocks - 1) / most_blocks;
+  constexpr std::size_t max_blocks = 16;
+  const std::size_t block = (words.size() + max_blocks - 1) / max_blocks;
   std::vector<Counts> counts((words.size() + block - 1) / block, Counts{});
   parallel_blocks(words.size(), block, [&](std::size_t begin, std::size_t end) {
     Counts& count = counts[begin / block];
@@ -71,11 +72,11 @@ inline void sort_digit_in_blocks(std::span<const std::uint64_t> words, std::span
   });
 }
 
-// One thread: by `bits` <= 64 - low_bit bits from `low_bit` on, in `digits` digits.
+// Sorts in one thread by the `bits` <= 64 - low_bit bits from `low_bit` on, in `digits` digits.
 inline void sort_digits(std::vector<std::uint64_t>& words, std::vector<std::uint64_t>& scratch, int low_bit,
                         int bits, int digits) {
-  // No wider than their number needs: of few words, to clear and sum the counts would take longer than to
-  // move the words.
+  // Digits are no wider than the bits need: with few words, clearing and summing the counts would take longer
+  // than moving the words.
   const int width = (bits + digits - 1) / digits;
   const std::size_t values = std::size_t{1} << width;
   const auto digit_of = [=](std::uint64_t word, int digit) {
@@ -95,14 +96,14 @@ inline void sort_digits(std::vector<std::uint64_t>& words, std::vector<std::uint
   }
 }
 
-// Insertion sort of what is nearly in order; false when it would take more than `most_moves`. Equal words
-// keep their order either way.
-inline bool sort_nearly_sorted(std::span<std::uint64_t> words, int low_bit, std::size_t most_moves) {
+// Insertion sort of words that are nearly in order; false when it would take more than `max_moves`. Equal
+// words keep their order either way.
+inline bool sort_nearly_sorted(std::span<std::uint64_t> words, int low_bit, std::size_t max_moves) {
   for (std::size_t i = 1; i < words.size(); ++i) {
     const std::uint64_t word = words[i], key = word >> low_bit;
     std::size_t at = i;
     for (; at > 0 && words[at - 1] >> low_bit > key; --at) {
-      if (most_moves-- == 0) {
+      if (max_moves-- == 0) {
         words[at] = word;
         return false;
       }
@@ -115,9 +116,9 @@ inline bool sort_nearly_sorted(std::span<std::uint64_t> words, int low_bit, std:
 
 }  // namespace radix
 
-// Sorts fewer than 2^32 words by their bits from `low_bit` < 64 on; equal ones keep their order. Digits of at
-// most 12 bits; of a moderate number of words that are spread well, two digits leave them nearly sorted.
-// O(n); parallel where they are many.
+// Sorts fewer than 2^32 words by their bits from `low_bit` < 64 on; equal words keep their order. Digits have
+// at most 12 bits. Two digits leave a moderate number of well-spread words nearly sorted, and an insertion
+// sort finishes them. O(n); parallel where there are many words.
 inline void radix_sort_words(std::vector<std::uint64_t>& words, std::vector<std::uint64_t>& scratch,
                              int low_bit) {
   using namespace radix;
@@ -137,7 +138,7 @@ inline void radix_sort_words(std::vector<std::uint64_t>& words, std::vector<std:
   }
   const int bits = 64 - low_bit, digits = (bits + word_bits - 1) / word_bits;
   if (digits > 2 && words.size() < many) {
-    // Some eight bits more than would number the words.
+    // Some eight bits more than it takes to number the words.
     const int top = std::min(2 * word_bits, (static_cast<int>(std::bit_width(words.size())) + 9) / 2 * 2);
     sort_digits(words, scratch, 64 - top, top, 2);
     if (sort_nearly_sorted(words, low_bit, 2 * words.size())) return;

@@ -11,7 +11,7 @@ namespace meander {
 
 using PhiloxBlock = std::array<std::uint32_t, 4>;
 
-// One Philox4x32-10 block. Pure; about 10 ns.
+// One Philox4x32-10 block. Pure.
 constexpr PhiloxBlock philox4x32(PhiloxBlock counter, std::array<std::uint32_t, 2> key) {
   for (int round = 0; round < 10; ++round) {
     const std::uint64_t p0 = std::uint64_t{0xD2511F53} * counter[0];
@@ -24,24 +24,24 @@ constexpr PhiloxBlock philox4x32(PhiloxBlock counter, std::array<std::uint32_t, 
   return counter;
 }
 
-// What a draw is for. Streams never share numbers; the values are part of the method version.
+// The purpose of a draw. Streams never share numbers; the values are part of the method version.
 enum class Stream : std::uint32_t {
   sequence = 1,        // jitter of the 1-D sample set
   sequence_shift = 2,  // the shared shift and the permutation masks
   element_key = 3,     // the point whose curve key orders an element
   element_point = 4,   // the sample inside its element
   leaf_ray = 5,        // the point of a curve leaf that a ray is cast through
-  stratum_point = 6,   // the places that a stratum offers to its spaced sample,
-  stratum_retry = 7,   // what else a density needs for them,
-  stratum_start = 8,   // and the place that the sample starts at
+  stratum_point = 6,   // the places that a stratum offers to its spaced sample
+  stratum_retry = 7,   // further numbers that a density needs for those places
+  stratum_start = 8,   // the place that a spaced sample starts at
   cell_axes = 9,       // the axes that cells of spaced samples are cut along
   digital_shift = 10,  // the shift of the net that samples in cells form
-  test_shapes = 16,    // random shapes that point sets are measured with; no sample depends on them
+  test_shapes = 16,    // random shapes that measure point sets; no sample depends on them
   tangent_frame = 24,  // directions of tangent frames on surfaces, in measures
   surface_probe = 25,  // points at which the distance between two surfaces is measured
   point_set = 26,      // the point sets that samplings are compared with (kernels/pointset)
   shape_tuple = 27,    // the random triangles and tetrahedra of shape functions
-  pair_scale = 28,     // pairs of descriptors whose mean distance scales a combined one
+  pair_scale = 28,     // pairs of descriptors whose mean distance scales a combined descriptor
   metric_window = 30,  // windows of a domain that anisotropic discrepancies are measured in
 };
 
@@ -69,7 +69,7 @@ constexpr PhiloxBlock random_words(RandomKey key, Stream stream, std::uint64_t i
                     key.words);
 }
 
-// Uniform in [0, 1) with 53 bits from two words.
+// A uniform number in [0, 1) with 53 bits from two words.
 constexpr double unit_double(std::uint32_t high, std::uint32_t low) {
   const std::uint64_t bits = (static_cast<std::uint64_t>(high) << 32 | low) >> 11;
   return static_cast<double>(bits) * 0x1p-53;

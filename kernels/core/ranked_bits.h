@@ -1,4 +1,4 @@
-// Bits with ranks: of some of many numbers, their places in an ascending list, found in constant time.
+// Bits with ranks: the positions of numbers in an ascending list, found in constant time.
 #pragma once
 
 #include <algorithm>
@@ -11,20 +11,21 @@
 
 namespace meander {
 
-// Whether the numbers ascend, without a repetition, and are below `count`.
+// Whether the numbers ascend without repetition and are below `count`.
 inline bool ascend_below(std::span<const std::uint32_t> numbers, std::size_t count) {
   return std::adjacent_find(numbers.begin(), numbers.end(), std::greater_equal<>()) == numbers.end() &&
          (numbers.empty() || numbers.back() < count);
 }
 
-// One bit a number, and by word of bits how many are set before it (Jacobson 1989): a quarter of a byte a
-// number.
+// One bit a number, and for each word of bits the number of bits set before it (Jacobson 1989). Memory: a
+// quarter of a byte a number below `count`.
 class RankedBits {
  public:
   static constexpr std::size_t none = ~std::size_t{0};
 
   RankedBits() = default;
-  // Sets those bits of `count`; ascend_below(numbers, count) must hold. O(count / 64 + numbers).
+  // Sets the bits of `numbers` among `count`; ascend_below(numbers, count) must hold. O(count / 64 +
+  // numbers).
   RankedBits(std::span<const std::uint32_t> numbers, std::size_t count) : words_((count + 63) / 64) {
     for (const std::uint32_t number : numbers) words_[number / 64].bits |= std::uint64_t{1} << number % 64;
     std::uint32_t before = 0;
@@ -34,7 +35,7 @@ class RankedBits {
     }
   }
 
-  // The place of a number below `count` among those that are set, or none.
+  // The position of a number below `count` in the list, or none.
   std::size_t rank_of(std::uint32_t number) const {
     const Word& word = words_[number / 64];
     const std::uint64_t bit = std::uint64_t{1} << number % 64;

@@ -1,4 +1,4 @@
-// Random rotations.
+// Rotations, fixed and random.
 #pragma once
 
 #include <array>
@@ -9,26 +9,27 @@
 
 namespace meander {
 
-// The rows of a rotation.
+// The rows of a rotation matrix.
 using Rotation = std::array<Vector3, 3>;
 constexpr Vector3 rotated(const Rotation& rows, const Vector3& v) {
   return {dot(rows[0], v), dot(rows[1], v), dot(rows[2], v)};
 }
 
-// That of a unit quaternion.
+// The rotation of a unit quaternion.
 constexpr Rotation rotation_of(double x, double y, double z, double w) {
   return {Vector3{1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)},
           Vector3{2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)},
           Vector3{2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)}};
 }
 
-// Uniform on all rotations: the unit quaternion along a uniform point of the ball (Marsaglia 1972, "Choosing
-// a point from the surface of a sphere"). Pure, by arithmetic and a root alone: the same on every machine.
+// A rotation uniform on all rotations: the unit quaternion along a uniform point of the ball (Marsaglia 1972,
+// "Choosing a point from the surface of a sphere"). Pure, by arithmetic and a root alone: the same on every
+// machine.
 inline Rotation random_rotation(RandomKey key, Stream stream) {
-  // A draw is in the ball with probability .31: none of 128 is once in 10^20.
-  constexpr std::uint32_t most_draws = 128;
+  // A draw falls into the ball with probability .31: all of 128 miss it once in 10^20.
+  constexpr std::uint32_t max_draws = 128;
   double x = 0, y = 0, z = 0, w = 1;
-  for (std::uint32_t draw = 0; draw < most_draws; ++draw) {
+  for (std::uint32_t draw = 0; draw < max_draws; ++draw) {
     const UnitPair a = random_pair(key, stream, 0, 2 * draw), b = random_pair(key, stream, 0, 2 * draw + 1);
     const double q[4] = {2 * a.first - 1, 2 * a.second - 1, 2 * b.first - 1, 2 * b.second - 1};
     const double squared = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3];

@@ -1,5 +1,5 @@
-// Settings that have one home: a list has each setting's name, option, range or words, help and place in a
-// struct, and command line, stored parameters, Python and pages of help are made from the list by loops.
+// Settings with one home each: a list has each setting's name, option, range or words, help and member of a
+// struct. The command line, stored parameters, Python and the pages of help are made from the list by loops.
 #pragma once
 
 #include <algorithm>
@@ -22,7 +22,7 @@
 
 namespace meander {
 
-// The texts with commas between them.
+// Joins the texts with `between`.
 template <class Texts>
 std::string joined_texts(const Texts& texts, const char* between = ", ") {
   std::string all;
@@ -30,7 +30,7 @@ std::string joined_texts(const Texts& texts, const char* between = ", ") {
   return all;
 }
 
-// Texts with commas between them, in turn.
+// Calls take(word) for each text between commas, in order.
 template <class Take>
 void for_each_word(std::string_view text, const Take& take) {
   while (!text.empty()) {
@@ -40,7 +40,7 @@ void for_each_word(std::string_view text, const Take& take) {
   }
 }
 
-// What is wrong with a text that is none of the words: one sentence, with the nearest of them.
+// Says what is wrong with a text that is none of the words: one sentence, with the nearest word.
 template <class Texts>
 std::string none_of(std::string_view text, const Texts& words) {
   const std::string near = nearest(text, words);
@@ -50,14 +50,11 @@ std::string none_of(std::string_view text, const Texts& words) {
 
 using SettingValue = std::variant<bool, int, std::uint32_t, std::uint64_t, double, std::string>;
 
-// A setting has a number (or flag), a text, or a value that follows from others and no option sets.
-template <class Settings>
-struct Setting {
-  using Number = std::variant<bool*, int*, std::uint32_t*, std::uint64_t*, double*>;
-
+// The properties of a setting that do not depend on the struct it is in.
+struct SettingTexts {
   std::string name;                           // in stored parameters
   std::string option;                         // "-n,--samples"; empty: none
-  std::string heading;                        // that the option is under in the help
+  std::string heading;                        // of the option in the help
   std::string help;                           // of the option
   std::string keyword;                        // of Python; empty: none
   std::vector<std::string> words;             // the only texts that it takes; empty: any
@@ -65,15 +62,21 @@ struct Setting {
   double low = 0, high = 0;                   // of a number; equal: any
   bool is_list = false;       // the option may be repeated, or take several separated by commas
   bool shows_default = true;  // in the help
+  std::string applies_to;     // where it acts, for the error where it is given and does not
+};
+
+// A setting has a number (or flag), a text, or a value that follows from others and no option sets.
+template <class Settings>
+struct Setting : SettingTexts {
+  using Number = std::variant<bool*, int*, std::uint32_t*, std::uint64_t*, double*>;
+
   std::function<Number(Settings&)> number;
   std::function<SettingValue(const Settings&)> value;
   std::function<std::string(Settings&, std::string_view)> set;  // returns what is wrong with the text, or ""
   std::function<bool(const Settings&)> recorded;                // empty: always
-  // Whether it acts; where it does not and was given, the sentence says to what it applies.
-  std::function<bool(const Settings&)> acts;
-  std::string applies_to;
+  std::function<bool(const Settings&)> acts;                    // whether it acts; empty: always
 
-  // In the form "--samples".
+  // The option in the form "--samples".
   std::string long_option() const { return option.substr(option.rfind(',') + 1); }
 
   Setting& in_python(std::string as) { return keyword = std::move(as), *this; }
@@ -90,7 +93,8 @@ struct Setting {
   }
 };
 
-// Sets a number or a flag from a text: "true" or "false" for flags. Returns what is wrong with it, or "".
+// Sets a number or a flag from a text, for flags "true" or "false". Returns what is wrong with the text, or
+// "".
 template <class Number>
 std::string set_number(Number& number, std::string_view text, double low, double high) {
   Number value{};
@@ -114,10 +118,10 @@ class SettingList {
  public:
   using Item = Setting<Settings>;
 
-  // The settings that follow are under this heading of the help.
+  // Puts the settings that follow under this heading of the help.
   void under(std::string heading) { heading_ = std::move(heading); }
 
-  // at: from the settings to a reference to a number or a flag, as of a const Settings.
+  // Adds a number. `at` maps Settings to a reference to the number or flag, and const Settings likewise.
   template <class At>
   Item& number(std::string name, std::string option, At at, double low, double high, std::string help) {
     Item& item = add(std::move(name), std::move(option), std::move(help));
@@ -134,7 +138,7 @@ class SettingList {
   Item& flag(std::string name, std::string option, At at, std::string help) {
     return number(std::move(name), std::move(option), at, 0, 0, std::move(help));
   }
-  // One of the words for the values of an enum (words.h); they must live as long as the list.
+  // Adds a choice among the words for the values of an enum (words.h); the words must live as long as the list.
   template <class At, class Words>
   Item& word(std::string name, std::string option, At at, const Words& words, std::string help) {
     Item& item = text(
@@ -154,26 +158,20 @@ class SettingList {
     item.set = std::move(set);
     return item;
   }
-  // A value that follows from others, or that no option changes: it is recorded.
+  // Adds a value that follows from others, or that no option changes: it is only recorded.
   template <class Get>
   Item& constant(std::string name, Get get) {
     Item& item = add(std::move(name), "", "");
     item.value = [get](const Settings& settings) { return SettingValue(get(settings)); };
     return item;
   }
-  // The settings of a part.
+  // Adds the settings of a part.
   template <class Part>
   void append(const SettingList<Part>& of_part, Part Settings::*part) {
     for (const Setting<Part>& from : of_part.items()) {
-      Item& item = add(from.name, from.option, from.help);
-      item.keyword = from.keyword;
-      item.words = from.words;
-      item.truth = from.truth;
-      item.low = from.low;
-      item.high = from.high;
-      item.is_list = from.is_list;
-      item.shows_default = from.shows_default;
-      item.applies_to = from.applies_to;
+      Item& item = items_.emplace_back();
+      static_cast<SettingTexts&>(item) = from;
+      item.heading = heading_;
       item.value = [get = from.value, part](const Settings& s) { return get(s.*part); };
       if (from.number) item.number = [at = from.number, part](Settings& s) { return at(s.*part); };
       if (from.set)
@@ -185,7 +183,7 @@ class SettingList {
   }
 
   std::span<const Item> items() const { return items_; }
-  // Null where there is none.
+  // Null where no setting has the keyword.
   const Item* with_keyword(std::string_view keyword) const {
     for (const Item& item : items_)
       if (!keyword.empty() && item.keyword == keyword) return &item;
@@ -205,7 +203,7 @@ class SettingList {
   std::string heading_ = "Options";
 };
 
-// Names of settings that somebody set.
+// Names of the settings that the user gave.
 using GivenSettings = std::set<std::string, std::less<>>;
 
 // Adds a sentence for every number out of its range.

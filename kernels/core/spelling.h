@@ -1,4 +1,4 @@
-// Suggestions for misspelt names.
+// Suggestions for misspelled names.
 #pragma once
 
 #include <algorithm>
@@ -9,7 +9,7 @@
 
 namespace meander {
 
-// Edit distance (insertions, deletions, replacements, exchanged neighbours). O(|a| |b|).
+// Edit distance (insertions, deletions, replacements, exchanged neighbors). O(|a| |b|).
 inline std::size_t edit_distance(std::string_view a, std::string_view b) {
   std::vector<std::vector<std::size_t>> table(a.size() + 1, std::vector<std::size_t>(b.size() + 1));
   for (std::size_t i = 0; i <= a.size(); ++i) table[i][0] = i;
@@ -24,17 +24,17 @@ inline std::size_t edit_distance(std::string_view a, std::string_view b) {
   return table[a.size()][b.size()];
 }
 
-// The candidate nearest to `word`, or an empty string when none is close enough.
-// Candidates: a range of strings or string views.
+// The candidate nearest to `word`, or an empty string when none is close enough. Candidates: a range of
+// strings or string views.
 template <class Candidates>
 std::string nearest(std::string_view word, const Candidates& candidates) {
   std::string best;
-  std::size_t least = std::max<std::size_t>(2, word.size() / 3) + 1;
+  std::size_t closest = std::max<std::size_t>(2, word.size() / 3) + 1;
   for (const std::string_view candidate : candidates) {
     std::size_t distance = edit_distance(word, candidate);
     if (word.size() >= 3 && candidate.starts_with(word)) distance = std::min<std::size_t>(distance, 1);
-    if (distance < least) {
-      least = distance;
+    if (distance < closest) {
+      closest = distance;
       best = candidate;
     }
   }

@@ -16,7 +16,7 @@ enum class Status : std::uint8_t {
   unreadable = 2,          // the bytes are not what the format says, or the file cannot be read
   unsupported_format = 3,  // a format, or a variant of one, that no reader here takes
   non_finite = 4,          // every face has a NaN or infinite vertex, or lengths and areas overflow double
-  index_out_of_range = 5,  // every face names a vertex that is not there
+  index_out_of_range = 5,  // every face names a vertex that does not exist
   zero_area = 6,           // area <= 1e-14 diagonal^2
   zero_density = 7,        // the density is zero everywhere on the surface
   too_large = 8,           // needs more memory than the whole budget
@@ -24,7 +24,7 @@ enum class Status : std::uint8_t {
   out_of_memory = 10,      // an allocation failed
   crashed = 11,            // a process that did nothing but this item died of SEGV, BUS, FPE, ILL or ABRT
   internal = 12,           // a bug in Meander, caught
-  missing_attribute = 13,  // the model lacks the attribute that its density or tensors are to be read from
+  missing_attribute = 13,  // the model lacks the attribute of its density or tensors
   incomplete = 14,         // the model has a note that the user does not accept (SampleParameters::strict)
 };
 inline constexpr std::array<std::string_view, 15> status_names = {"ok",
@@ -44,9 +44,9 @@ inline constexpr std::array<std::string_view, 15> status_names = {"ok",
                                                                   "incomplete"};
 constexpr std::string_view name_of(Status status) { return status_names[static_cast<std::size_t>(status)]; }
 
-// How the curve was laid over the surface. The numbers are part of the store format.
-// Direct: the 3-D Hilbert curve. Balanced: balanced bisection in space. Anisotropic: over charts that are
-// conformal in the metric of a tensor field, or follow its directions.
+// How the curve was laid over the surface. The numbers are part of the store format. Direct: the 3-D Hilbert
+// curve. Balanced: an equal-mass k-d tree in space. Anisotropic: over charts that are conformal in the metric
+// of a tensor field, or follow its directions.
 enum class Method : std::uint8_t {
   none = 0,
   conformal = 1,
@@ -59,12 +59,12 @@ inline constexpr std::array<std::string_view, 6> method_names = {"none",   "conf
                                                                  "direct", "anisotropic", "balanced"};
 constexpr std::string_view name_of(Method method) { return method_names[static_cast<std::size_t>(method)]; }
 
-// Why a model is not ordered over the charts that its method asked for: what was wrong with the conformal map
-// of the component that Method names. The numbers are part of the store format.
+// Why a model is not ordered over the charts that its method asked for: a defect of the conformal map of the
+// component that Method names. The numbers are part of the store format.
 enum class OrderReason : std::uint8_t {
-  as_asked = 0,    // it is ordered as asked
-  flipped = 1,     // triangles that the map turns over stayed so after all repairs
-  winding = 2,     // no triangle is turned over, but the map winds round a vertex more than once
+  as_asked = 0,    // ordered as asked
+  flipped = 1,     // flipped triangles are left after all repairs
+  winding = 2,     // no triangle is flipped, but the map winds around a vertex more than once
   not_finite = 3,  // the map could not be solved for, or its coordinates overflow
   work_limit = 4,  // the bound on the work of a chart came first
 };
@@ -74,7 +74,7 @@ constexpr std::string_view name_of(OrderReason reason) {
   return order_reason_names[static_cast<std::size_t>(reason)];
 }
 
-// An item that cannot go on: its status and one sentence that says what is wrong and where. The run goes on.
+// Ends an item: its status and one sentence that says what is wrong and where. The run goes on.
 class ItemError : public std::runtime_error {
  public:
   ItemError(Status status, const std::string& reason) : std::runtime_error(reason), status_(status) {}
@@ -90,23 +90,23 @@ class RunCancelled : public std::runtime_error {
   RunCancelled() : std::runtime_error("the run was cancelled") {}
 };
 
-// What was repaired on the way in, counted by name. The order is part of the store format: only append.
+// Repairs of the input, counted by name. The order is part of the store format: only append.
 enum class Repair : std::uint8_t {
   missing_vertices,    // fewer vertices than the header promised
   missing_faces,       // fewer faces than the header promised
   extra_data,          // bytes after the last promised element were ignored
   short_faces,         // faces with fewer than three corners, dropped
   repeated_corners,    // faces that name one position twice, dropped or shortened
-  index_out_of_range,  // faces that name a vertex that is not there, dropped
+  index_out_of_range,  // faces that name a vertex that does not exist, dropped
   non_finite,          // faces with a NaN or infinite corner, dropped
-  zero_area_faces,     // triangles of no area: kept for adjacency, never sampled
+  zero_area_faces,     // triangles without area: kept for adjacency, never sampled
   concave_polygons,    // polygons that needed ear clipping
   welded_vertices,     // vertices whose position another vertex has too
   split_edges,         // edges of more than two faces, split into boundary edges
   split_vertices,      // extra copies of vertices whose faces form more than one fan
-  flipped_faces,       // faces turned round so that neighbours agree
+  flipped_faces,       // faces turned over so that neighbors agree
   cut_edges,           // edges cut because the surface is not orientable
-  bad_normals,         // normals of the file that are zero or not finite: the geometric normal stands in
+  bad_normals,         // zero or non-finite normals of the file, replaced by the geometric normal
   bad_attributes,      // attribute values that could not be read
   coincident_points,   // samples that still coincide in float32 after all redraws
   count

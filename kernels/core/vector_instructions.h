@@ -1,5 +1,5 @@
-// The 128-bit instructions of x86-64-v2 and its CRC32, by their intrinsics; on other architectures those of
-// SIMDe, which give the same bits.
+// The 128-bit intrinsics of x86-64-v2 and its CRC32. Other architectures take those of SIMDe, which give the
+// same bits.
 #pragma once
 
 #if defined(__x86_64__)

@@ -9,8 +9,8 @@
 
 namespace meander {
 
-// Smallest value that is at least as large as those on `share` of the weight; 0 without values. Equal values
-// count in the order they stand in. O(n log n).
+// The smallest value such that values up to it have `share` of the weight; 0 without values. Equal values
+// count in their order. O(n log n).
 inline double weighted_quantile(std::span<const double> values, std::span<const double> weights,
                                 double share) {
   std::vector<std::uint32_t> order(values.size());

@@ -5,14 +5,15 @@
 
 namespace meander {
 
-// Units: about one multiplication and addition of a factorisation. Loops without a bound of their own spend
-// before they work and end when they are refused. After that nothing more is granted, so that all loops which
-// share a budget end. Not for several threads at once: their order would decide who is refused.
+// A unit is about one multiplication and addition of a factorization. Loops without a bound of their own
+// spend before they work and end when they are refused. After a refusal nothing is granted any more, so all
+// loops that share a budget end. A budget is for one thread at a time: the order of several would decide who
+// is refused.
 class WorkBudget {
  public:
   explicit WorkBudget(std::uint64_t units) : left_(units) {}
 
-  // Takes `units` and returns true, or returns false, now and ever after, when fewer are left.
+  // Takes `units` and returns true; returns false, now and ever after, when fewer are left.
   bool spend(std::uint64_t units) {
     exhausted_ = exhausted_ || units > left_;
     left_ -= exhausted_ ? left_ : units;
@@ -26,7 +27,7 @@ class WorkBudget {
   bool exhausted_ = false;
 };
 
-// The same for work that may be without a bound (null).
+// The same with null for work without a bound.
 inline bool spend(WorkBudget* budget, std::uint64_t units) {
   return budget == nullptr || budget->spend(units);
 }

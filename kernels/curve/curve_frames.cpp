@@ -1,5 +1,5 @@
-// Production rules (origin, axes) of Hilbert, Peano and Peano-meander; the tables are generated from them
-// once.
+// Production rules (origin, axes) of Hilbert, Peano and Peano-meander, and the tables that are generated from
+// them once.
 #include "kernels/curve/curve_frames.h"
 
 #include <span>
@@ -72,7 +72,7 @@ FrameTable generate(int branching, std::span<const Production> rules) {
       return static_cast<std::uint8_t>((x > 0 ? 1 : 0) | (y > 0 ? 2 : 0));
     };
     table.entry[f] = corner(px, py);
-    // Peano leaves at the opposite corner, the others at p + a.
+    // The Peano curve leaves at the opposite corner, the others at p + a.
     const bool diagonal = rules.size() == 9 && rules[1].a1 == -1;
     table.exit[f] = corner(px + branching * (frame.ax + (diagonal ? frame.bx : 0)),
                            py + branching * (frame.ay + (diagonal ? frame.by : 0)));

@@ -1,5 +1,5 @@
-// 3-D: Skilling 2004, "Programming the Hilbert curve", as a state machine. 2-D: frame tables of
-// curve_frames.h. Both process several levels per step, by tables built once.
+// The 3-D curve follows Skilling 2004, "Programming the Hilbert curve", as a state machine; the 2-D curves
+// use the frame tables of curve_frames.h. Both process several levels a step, by tables built once.
 #include "kernels/curve/curve_key.h"
 
 #include <algorithm>
@@ -34,10 +34,10 @@ std::uint32_t grid_coordinate(double w) {
   return static_cast<std::uint32_t>(static_cast<std::int32_t>(std::clamp(scaled, 0.0, cells - 1.0)));
 }
 
-// Four levels of the 2-D curve a step: the 4 + 4 cell bits in, 8 key bits and the next frame out.
+// Four levels of the 2-D curve a step: the 4 + 4 cell bits in, 8 key bits and the next frame out. Indexed by
+// frame, then by 16 x (bits of x) + bits of y.
 struct FourLevels {
-  std::array<std::array<std::uint8_t, 256>, 8> digits,
-      frame;  // by frame, then by 16 x (bits of x) + bits of y
+  std::array<std::array<std::uint8_t, 256>, 8> digits, frame;
 };
 
 FourLevels make_four_levels() {
@@ -74,9 +74,9 @@ std::uint64_t hilbert_key_2d(double u, double v) {
   return key;
 }
 
-// Skilling's loops work on all lower bits at once: what they do to the bits of one level depends only on
-// which axes the higher levels exchanged and inverted. That is the state: where each axis now is, which are
-// inverted, and the parity that his Gray code carries down.
+// Skilling's loops work on all lower bits at once: their effect on the bits of one level depends only on
+// which axes the higher levels exchanged and inverted. That is the state: where each axis now is, which axes
+// are inverted, and the parity that his Gray code carries down.
 struct HilbertState {
   std::array<std::uint8_t, 3> axis = {0, 1, 2};
   std::uint8_t inverted = 0;
@@ -84,7 +84,8 @@ struct HilbertState {
   friend bool operator==(const HilbertState&, const HilbertState&) = default;
 };
 
-// One level: the bits (x << 2 | y << 1 | z) of the cell in, the digit of the key out; moves the state on.
+// Takes the bits (x << 2 | y << 1 | z) of the cell of one level, moves the state on and returns the digit of
+// the key.
 std::uint8_t next_level(HilbertState& state, std::uint8_t cell) {
   std::array<std::uint8_t, 3> bit{};
   for (std::size_t i = 0; i < 3; ++i)
@@ -161,7 +162,7 @@ HilbertMachine smallest_machine(const HilbertMachine& machine) {
 }
 
 // Three levels a step: nine cell bits in; nine key bits and the next state, 512 x state + bits, out of one
-// load, because the steps of a key wait for each other. 24 KiB.
+// load, because the steps of a key wait for each other.
 std::vector<std::array<std::uint16_t, 512>> make_three_levels() {
   const HilbertMachine machine = smallest_machine(make_hilbert_machine());
   std::vector<std::array<std::uint16_t, 512>> steps(machine.states.size());
@@ -210,8 +211,8 @@ std::uint64_t curve_key(CurveKind kind, double u, double v) {
 
 namespace {
 
-// Seven bits of x, of y and of z with two zero bits between any two of them, where their interleaved sequence
-// has them.
+// Seven bits of x, of y and of z, with two zero bits between any two, at their positions in the interleaved
+// sequence.
 struct SpreadBits {
   std::array<std::uint32_t, 128> x, y, z;
 };
@@ -232,7 +233,7 @@ const std::vector<std::array<std::uint16_t, 512>>& three_level_steps() {
 
 using GridCell = std::array<std::uint32_t, 3>;
 
-// The rank of a cell of the 2^levels grid along the curve; levels is a multiple of 3.
+// The rank along the curve of a cell of the 2^levels grid; levels is a multiple of 3.
 template <int levels>
 class CellKeys {
  public:

@@ -1,5 +1,5 @@
-// Trees are grown level by level on the frame tables: every step is a loop over the nodes of one level, in
-// fixed blocks.
+// Trees grow level by level on the frame tables: every step is a loop over the nodes of one level, in fixed
+// blocks.
 #include "kernels/curve/curve_tree.h"
 
 #include <algorithm>
@@ -19,7 +19,7 @@ namespace {
 constexpr std::size_t node_block = 4096;
 
 // Table of a curve with the number of finest cells in a cell of each depth. Depth 0 is left out: 4^32 does
-// not fit 64 bits, and no child has that depth.
+// not fit into 64 bits, and no child has that depth.
 struct Rules {
   const FrameTable& table;
   std::size_t children;
@@ -54,7 +54,7 @@ void copy_node(const CurveTree& from, std::size_t i, CurveTree& to, std::size_t 
   to.frame[at] = from.frame[i];
 }
 
-// Writes the children of node i in curve order at `at`, `at` + 1, ...
+// Writes the children of node i in curve order from `at` on.
 void write_children(const Rules& rules, const CurveTree& from, std::size_t i, CurveTree& to, std::size_t at) {
   const auto branching = static_cast<std::uint8_t>(rules.table.branching);
   const std::size_t frame = from.frame[i];
@@ -161,8 +161,8 @@ CurveTree join_levels(std::span<const CurveLevel> levels) {
   if (levels.empty()) return result;
   result.kind = levels.front().nodes.kind;
   const std::size_t branches = Rules(result.kind).children;
-  // Bottom up: the number of leaves below each node. Nodes of the next level belong, `branches` at a time,
-  // to the split nodes of this level in their order.
+  // Bottom up: the number of leaves below each node. The nodes of the next level belong, `branches` at a
+  // time, to the split nodes of this level in their order.
   std::vector<std::vector<std::uint64_t>> start(levels.size());
   for (std::size_t level = levels.size(); level-- > 0;) {
     const CurveLevel& here = levels[level];
@@ -200,7 +200,7 @@ CurveTree join_levels(std::span<const CurveLevel> levels) {
 
 namespace {
 
-// Triangles of positive mass along the curve, at their UV centroids.
+// Triangles of positive mass, in curve order of their UV centroids.
 struct CentroidsOnCurve {
   std::vector<std::uint64_t> key;  // ascending
   std::vector<double> mass, uv_area;

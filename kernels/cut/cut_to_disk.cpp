@@ -12,15 +12,15 @@ namespace meander {
 
 namespace {
 
-// The vertex farthest from the centre of all vertices: approximately a tip.
+// The vertex farthest from the center of all vertices: approximately a tip.
 std::uint32_t outermost_vertex(const PreparedMesh& mesh, const SeamGraph& graph) {
-  Vector3 centre;
-  for (const std::uint32_t w : graph.source_vertex) centre = centre + mesh.position(w);
-  centre = (1.0 / static_cast<double>(graph.vertex_count())) * centre;
+  Vector3 center;
+  for (const std::uint32_t w : graph.source_vertex) center = center + mesh.position(w);
+  center = (1.0 / static_cast<double>(graph.vertex_count())) * center;
   std::uint32_t best = 0;
   double longest = -1;
   for (std::uint32_t v = 0; v < graph.vertex_count(); ++v) {
-    const Vector3 d = mesh.position(graph.source_vertex[v]) - centre;
+    const Vector3 d = mesh.position(graph.source_vertex[v]) - center;
     if (dot(d, d) > longest) {
       longest = dot(d, d);
       best = v;
@@ -29,7 +29,7 @@ std::uint32_t outermost_vertex(const PreparedMesh& mesh, const SeamGraph& graph)
   return best;
 }
 
-// Of a component, in the metric of its lengths.
+// The area of a component in the metric of its lengths.
 double measured_area(const MeasuredMesh& surface, const Component& component) {
   if (surface.in_space()) return component.area;
   double area = 0;
@@ -38,7 +38,7 @@ double measured_area(const MeasuredMesh& surface, const Component& component) {
   return area;
 }
 
-// The first seam of a closed sphere: a shortest path between two mutually far vertices, at least two edges.
+// The first seam of a closed sphere: a shortest path of at least two edges between two mutually far vertices.
 std::vector<std::uint32_t> opening_path(const PreparedMesh& mesh, const SeamGraph& graph,
                                         const CancelToken& cancel) {
   ShortestPaths paths(graph);
@@ -59,7 +59,8 @@ class ExtremitySeams {
                  const CancelToken& cancel)
       : mesh_(surface.mesh()), graph_(graph), cancel_(cancel), paths_(graph) {
     // No point of a flat disk is farther from its rim than sqrt(A / pi). A surface whose rim is at least half
-    // as long as that of a disk gets seams beyond that distance only; others get them beyond half of it.
+    // as long as that of a disk gets seams beyond that distance only; other surfaces get them beyond half of
+    // it.
     double rim = 0;
     for (std::uint32_t h = 0; h < graph.opposite.size(); ++h)
       if (graph.opposite[h] == no_index) rim += surface.length(3 * component.triangle_begin + h);

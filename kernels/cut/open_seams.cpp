@@ -7,7 +7,8 @@ namespace meander {
 
 namespace {
 
-// Gives every corner of the fan that starts at boundary half-edge `first` (leaving the vertex) a number.
+// Gives every corner of the fan that starts at boundary half-edge `first`, which leaves the vertex, the index
+// `vertex`.
 void relabel_fan(CutChart& chart, std::uint32_t first, std::uint32_t vertex) {
   std::uint32_t h = first;
   do {
@@ -41,7 +42,7 @@ std::size_t reachable_triangles(const CutChart& chart) {
 
 void open_seams(CutChart& chart, std::span<const std::uint32_t> half_edges) {
   if (half_edges.empty()) return;
-  std::vector<std::uint8_t> claimed(chart.vertex_count(), 0);  // a boundary fan has this number already
+  std::vector<std::uint8_t> claimed(chart.vertex_count(), 0);  // by a boundary fan
   for (std::uint32_t h = 0; h < chart.opposite.size(); ++h)
     if (chart.opposite[h] == no_index) claimed[chart.triangles[h]] = 1;
   std::vector<std::uint32_t> opened;

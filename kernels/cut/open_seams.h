@@ -1,4 +1,4 @@
-// Opening edges of a chart: opposite links are removed, vertices on the seams get one copy per fan.
+// Opens edges of a chart: removes opposite links and gives vertices on the seams one copy a fan.
 #pragma once
 
 #include <cstdint>
@@ -9,8 +9,8 @@
 namespace meander {
 
 // Opens the given interior half-edges (either one of each pair). Existing boundary fans keep their vertex
-// numbers, further fans get new numbers at the end, in the order of `half_edges`. Cost: O(half_edges x
-// valence) plus one pass over the vertices.
+// numbers; further fans get new numbers at the end, in the order of `half_edges`. O(half_edges x valence)
+// plus one pass over the vertices.
 void open_seams(CutChart& chart, std::span<const std::uint32_t> half_edges);
 
 // Throws ItemError(internal) unless the chart is one connected disk: V - E + F = 1, one boundary loop of at

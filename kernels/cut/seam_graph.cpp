@@ -1,7 +1,5 @@
 #include "kernels/cut/seam_graph.h"
 
-#include <algorithm>
-
 namespace meander {
 
 namespace {

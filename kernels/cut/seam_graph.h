@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <span>
 #include <vector>
 
 #include "kernels/core/cancel.h"
@@ -18,8 +17,9 @@ struct SeamArc {
   double length;            // >= 0, MeasuredMesh::length
 };
 
-// A component (or a chart) with T triangles and V vertices, both counted from 0. Arcs of vertex v:
-// arcs[arc_begin[v]] .. arcs[arc_begin[v + 1]]; only interior edges, boundary edges are never cut.
+// A component (or a chart) with T triangles and V vertices, both counted from 0. The arcs of vertex v are
+// arcs[arc_begin[v]] .. arcs[arc_begin[v + 1] - 1]; they are interior edges only, because boundary edges are
+// never cut.
 struct SeamGraph {
   std::vector<std::uint32_t> triangles;      // 3 T
   std::vector<std::uint32_t> opposite;       // 3 T, no_index at a boundary
@@ -35,17 +35,17 @@ struct SeamGraph {
   std::size_t loop_count() const { return loop_begin.size() - 1; }
   std::uint32_t origin(std::uint32_t half_edge) const { return triangles[half_edge]; }
   std::uint32_t target(std::uint32_t half_edge) const { return triangles[next_half_edge(half_edge)]; }
-  // Both half-edges of an edge give the same number.
+  // Both half-edges of an edge have the same name.
   std::uint32_t edge_name(std::uint32_t half_edge) const {
     return opposite[half_edge] < half_edge ? opposite[half_edge] : half_edge;
   }
 };
 
-// The component with its own numbering, arcs and boundary loops. O(T).
+// Builds the component with its own numbering, arcs and boundary loops. O(T).
 SeamGraph make_seam_graph(const MeasuredMesh& surface, const Component& component);
 
-// Distances along edges from a growing set of sources (Dijkstra). Adding sources later only visits what they
-// improve. Deterministic: ties fall by the order in which vertices were reached.
+// Distances along edges from a growing set of sources (Dijkstra). Sources added later only visit the vertices
+// that they improve. Deterministic: ties fall by the order in which vertices were reached.
 class ShortestPaths {
  public:
   explicit ShortestPaths(const SeamGraph& graph)
@@ -54,13 +54,14 @@ class ShortestPaths {
   static constexpr double unreached = 1e300;
 
   void add_source(std::uint32_t vertex);
-  // With `whole_loops`, reaching one vertex of a boundary loop reaches all of them at the same distance.
+  // With `whole_loops`, reaching one vertex of a boundary loop reaches all of them at the same distance. O(T
+  // log T).
   void run(const CancelToken& cancel, bool whole_loops = false);
 
   double distance(std::uint32_t vertex) const { return distance_[vertex]; }
-  // The half-edge through which the vertex was reached (it ends there); no_index at sources.
+  // The half-edge that ends at the vertex and through which it was reached; no_index at sources.
   std::uint32_t arrival(std::uint32_t vertex) const { return arrival_[vertex]; }
-  // The farthest vertex that was reached, the smallest number among equals.
+  // The farthest reached vertex, the smallest index among equals.
   std::uint32_t farthest() const;
   // Half-edges from `vertex` back to a source, each from its arrival.
   std::vector<std::uint32_t> path_to(std::uint32_t vertex) const;

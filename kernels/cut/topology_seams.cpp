@@ -1,7 +1,6 @@
 #include "kernels/cut/topology_seams.h"
 
 #include <algorithm>
-#include <utility>
 
 #include "kernels/core/disjoint_sets.h"
 
@@ -9,8 +8,8 @@ namespace meander {
 
 namespace {
 
-// Edges of a spanning subgraph whose complement in the dual is a tree: the shortest-path tree plus the 2 g
-// edges that the cotree leaves over. `in_cut` is indexed by edge name.
+// Adds the 2 g edges that tree and cotree leave over, so that the complement of `in_cut` (indexed by edge
+// name) is a tree in the dual.
 void add_handle_edges(const SeamGraph& graph, const ShortestPaths& paths, std::vector<std::uint8_t>& in_cut) {
   struct Candidate {
     double weight;

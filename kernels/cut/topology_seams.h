@@ -1,4 +1,4 @@
-// The seams that topology needs: after them a component is a disk, or a closed sphere.
+// The seams that topology needs: they open a component to a disk, or leave a closed sphere as it is.
 #pragma once
 
 #include <cstdint>
@@ -8,11 +8,11 @@
 
 namespace meander {
 
-// Interior half-edges (one of each pair) along which to cut so that handles open and all boundary loops join.
-// Empty for spheres and disks. Tree-cotree (Eppstein 2003, "Dynamic generators of topologically embedded
-// graphs"; Erickson and Whittlesey 2005): a shortest-path tree over vertices, every boundary loop one node, a
+// Interior half-edges (one of each pair) to cut along so that handles open and all boundary loops join. Empty
+// for spheres and disks. Tree-cotree (Eppstein 2003, "Dynamic generators of topologically embedded graphs";
+// Erickson and Whittlesey 2005): a shortest-path tree over vertices with every boundary loop as one node, a
 // maximum spanning tree of the dual over the other edges, and the edges in neither, pruned of dead ends.
-// Cost: O(T), with handles O(T log T).
+// O(T), with handles O(T log T). Throws ItemError(internal) where the component is not a surface.
 std::vector<std::uint32_t> find_topology_seams(const SeamGraph& graph, const CancelToken& cancel);
 
 // V - E + F of the graph.

@@ -15,13 +15,13 @@ namespace meander {
 
 namespace {
 
-constexpr int most_pixels_across = 128, fewest_pixels_across = 16;
-constexpr double most_drawn_pixels = 1 << 26;  // of one view: a fifth of a second
-constexpr double half_width = 2;               // of the cube, over the root mean square radius
+constexpr int max_pixels_across = 128, min_pixels_across = 16;
+constexpr double max_drawn_pixels = 1 << 26;  // of one view
+constexpr double half_width = 2;              // of the cube, over the root mean square radius
 constexpr int highest = view_magnitude_radius;
-constexpr std::size_t checked_triangles = 1 << 16;  // between two looks at the deadline
+constexpr std::size_t checked_triangles = 1 << 16;  // between two checks of the deadline
 
-// Positions in the principal frame, the cube being [-1, 1]^3.
+// Positions in the principal frame, where the cube is [-1, 1]^3.
 std::array<std::vector<double>, 3> principal_positions(const PreparedMesh& mesh) {
   const ShapeMoments moments = shape_moments(mesh.x, mesh.y, mesh.z, mesh.triangles);
   const std::array<double, 6>& inertia = moments.inertia;
@@ -37,16 +37,16 @@ std::array<std::vector<double>, 3> principal_positions(const PreparedMesh& mesh)
   return positions;
 }
 
-// Least and greatest coordinate along the line of sight in every pixel: least > greatest where nothing is.
+// The interval of coordinates along the line of sight in every pixel, min > max where there is no surface.
 struct DepthRange {
   int across = 0;
-  std::vector<double> least, greatest;
+  std::vector<double> min, max;
 };
 
-// Looks at the surface along one axis; the other two, in order, are right and up.
-class Rasteriser {
+// Draws the surface as seen along one axis; the other two, in order, are right and up.
+class Rasterizer {
  public:
-  Rasteriser(const PreparedMesh& mesh, const std::array<std::vector<double>, 3>& positions, std::size_t axis,
+  Rasterizer(const PreparedMesh& mesh, const std::array<std::vector<double>, 3>& positions, std::size_t axis,
              const CancelToken& cancel)
       : mesh_(mesh),
         right_(positions[axis == 0 ? 1 : 0]),
@@ -56,12 +56,11 @@ class Rasteriser {
 
   DepthRange draw() const {
     DepthRange range;
-    range.across = most_pixels_across;
-    while (range.across > fewest_pixels_across && pixels_at(range.across) > most_drawn_pixels)
-      range.across /= 2;
+    range.across = max_pixels_across;
+    while (range.across > min_pixels_across && pixels_at(range.across) > max_drawn_pixels) range.across /= 2;
     const auto count = static_cast<std::size_t>(range.across) * static_cast<std::size_t>(range.across);
-    range.least.assign(count, 2);
-    range.greatest.assign(count, -2);
+    range.min.assign(count, 2);
+    range.max.assign(count, -2);
     for (std::size_t t = 0; t < mesh_.triangle_count(); ++t) {
       if (t % checked_triangles == 0) cancel_.check();
       draw(t, range);
@@ -71,7 +70,7 @@ class Rasteriser {
 
  private:
   struct Corner {
-    double x, y, z;  // pixels, the centre of pixel i at i, and depth
+    double x, y, z;  // x, y in pixels, the center of pixel i at i; z: depth
   };
 
   std::array<Corner, 3> corners(std::size_t triangle, int across) const {
@@ -83,7 +82,8 @@ class Rasteriser {
     return result;
   }
 
-  // An upper bound of what is drawn: boxes would be too large for needles, so rows and half of the area.
+  // An upper bound of the pixels drawn: rows and half of the area, because boxes would be too large for
+  // needles.
   double pixels_at(int across) const {
     double sum = 0;
     for (std::size_t t = 0; t < mesh_.triangle_count(); ++t) {
@@ -120,8 +120,8 @@ class Rasteriser {
       for (int column = begin; column <= end; ++column) {
         const double z = std::clamp(a.z + right * (column - a.x) + up * (y - a.y), low, high);
         const auto pixel = static_cast<std::size_t>(row * range.across + column);
-        range.least[pixel] = std::min(range.least[pixel], z);
-        range.greatest[pixel] = std::max(range.greatest[pixel], z);
+        range.min[pixel] = std::min(range.min[pixel], z);
+        range.max[pixel] = std::max(range.max[pixel], z);
       }
     }
   }
@@ -131,12 +131,12 @@ class Rasteriser {
   const CancelToken& cancel_;
 };
 
-// The four parts of a Fourier coefficient: sums of the image times cos or sin of u x, times cos or sin of
-// v y, over the pixels, x and y from the centre.
+// The four parts of a Fourier coefficient: sums over the pixels of the image times cos or sin of u x, times
+// cos or sin of v y, with x and y from the center.
 struct FourierParts {
   double cos_cos = 0, cos_sin = 0, sin_cos = 0, sin_sin = 0;
 
-  // Of the roots of the magnitudes at (u, v) and (-u, v).
+  // The mean of the roots of the magnitudes at (u, v) and (-u, v).
   double mean_root() const {
     const double re = cos_cos - sin_sin, im = cos_sin + sin_cos;
     const double mirrored_re = cos_cos + sin_sin, mirrored_im = cos_sin - sin_cos;
@@ -154,8 +154,8 @@ Spectrum transform(std::span<const double> image, int across) {
   std::vector<Direction> wave(frequencies * side);  // cos and sin of u x
   for (std::size_t u = 0; u < frequencies; ++u)
     for (std::size_t x = 0; x < side; ++x) {
-      const double from_centre = static_cast<double>(x) + 0.5 - static_cast<double>(side) / 2;
-      wave[u * side + x] = direction_of(2 * std::numbers::pi * static_cast<double>(u) * from_centre /
+      const double from_center = static_cast<double>(x) + 0.5 - static_cast<double>(side) / 2;
+      wave[u * side + x] = direction_of(2 * std::numbers::pi * static_cast<double>(u) * from_center /
                                         static_cast<double>(side));
     }
   Spectrum spectrum{};
@@ -183,7 +183,8 @@ void add_root(std::vector<float>& values, double value) {
   values.push_back(static_cast<float>(std::sqrt(std::abs(value))));
 }
 
-// What two opposite views give; a turn of the axis swaps them, which changes the sign of differences.
+// Adds the values of two opposite views. A turn of the axis swaps them, which changes the sign of
+// differences.
 void add_views(const Spectrum& one, const Spectrum& other, std::vector<float>& values) {
   const auto for_each_frequency = [&](std::uint32_t radius, const auto& body) {
     for (std::uint32_t v = 0; v <= radius; ++v)
@@ -212,12 +213,12 @@ std::vector<float> depth_views(const PreparedMesh& mesh, const CancelToken& canc
   const std::array<std::vector<double>, 3> positions = principal_positions(mesh);
   std::vector<float> values;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    const DepthRange range = Rasteriser(mesh, positions, axis, cancel).draw();
-    std::vector<double> from_above(range.least.size()), from_below(range.least.size());
-    for (std::size_t i = 0; i < range.least.size(); ++i) {
-      if (range.least[i] > range.greatest[i]) continue;
-      from_above[i] = (1 + std::clamp(range.greatest[i], -1.0, 1.0)) / 2;
-      from_below[i] = (1 - std::clamp(range.least[i], -1.0, 1.0)) / 2;
+    const DepthRange range = Rasterizer(mesh, positions, axis, cancel).draw();
+    std::vector<double> from_above(range.min.size()), from_below(range.min.size());
+    for (std::size_t i = 0; i < range.min.size(); ++i) {
+      if (range.min[i] > range.max[i]) continue;
+      from_above[i] = (1 + std::clamp(range.max[i], -1.0, 1.0)) / 2;
+      from_below[i] = (1 - std::clamp(range.min[i], -1.0, 1.0)) / 2;
     }
     add_views(transform(from_above, range.across), transform(from_below, range.across), values);
   }

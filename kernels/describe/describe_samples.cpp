@@ -83,7 +83,7 @@ std::vector<std::vector<float>> geodesic(const DescriptorInput& input) {
   GeodesicHistogramParameters histogram;
   histogram.bins = parameters.bins;
   histogram.sources = parameters.geodesic_sources;
-  histogram.scale = parameters.scale == HistogramScale::mean ? GeodesicScale::mean : GeodesicScale::largest;
+  histogram.scale = parameters.scale;
   const std::size_t sources = histogram.sources == 0
                                   ? points.triangle.size()
                                   : std::min<std::size_t>(histogram.sources, points.triangle.size());
@@ -170,7 +170,7 @@ double shapedna(const DescribeParameters&, const ModelSizes& sizes) {
 
 namespace {
 
-// How the corners of a sample are those of a triangle: two of them change places where its winding has been
+// How the corners of a sample match those of a triangle: two of them are exchanged where its winding has been
 // turned.
 enum class Corners : std::uint8_t { others, same, turned };
 Corners corners_of(const PolygonMesh& file, const PreparedMesh& mesh, std::uint32_t triangle,
@@ -184,7 +184,7 @@ Corners corners_of(const PolygonMesh& file, const PreparedMesh& mesh, std::uint3
   return corner(1) == wanted[2] && corner(2) == wanted[1] ? Corners::turned : Corners::others;
 }
 
-// What corners_of compares, in either winding.
+// The corners that corners_of compares, in either winding.
 using CornerKey = std::array<std::uint32_t, 3>;
 CornerKey key_of(std::uint32_t a, std::uint32_t b, std::uint32_t c) {
   return {a, std::min(b, c), std::max(b, c)};
@@ -196,7 +196,7 @@ CornerKey key_of(const PolygonMesh& file, const PreparedMesh& mesh, std::uint32_
   return key_of(corner(0), corner(1), corner(2));
 }
 
-constexpr std::size_t many_triangles = 16;  // of a polygon: they are sorted and searched
+constexpr std::size_t many_triangles = 16;  // polygons of more triangles are sorted and searched
 
 }  // namespace
 

@@ -24,9 +24,9 @@ namespace meander {
 // d2: distances of all pairs of samples. a3, d1, d3, d4: Osada's other shape functions. geodesic: distances
 // along the surface, from the first samples to all. basics: area, volume, moments and box of the mesh, not a
 // histogram. pairs: distances and angles of all pairs of samples with outward normals; pairs_unsigned: with
-// the stored normals, whatever their sense. harmonics: power spectra of the samples on shells. views:
-// depth images along the principal axes. shapedna: eigenvalues of the Laplacian of the surface. The numbers
-// are places in descriptor_groups.
+// the stored normals, whatever their sense. harmonics: power spectra of the samples on shells. views: depth
+// images along the principal axes. shapedna: eigenvalues of the Laplacian of the surface. The numbers are
+// indices into descriptor_groups.
 enum class Descriptor : std::uint8_t {
   d2,
   a3,
@@ -42,8 +42,8 @@ enum class Descriptor : std::uint8_t {
   shapedna
 };
 
-// basics: the values of shape_basics and whether the mesh is closed, all finite. What only a closed surface
-// has is 0 where it is not; the volume has no sign (the model turned inside out is the same solid).
+// basics: the values of shape_basics and whether the mesh is closed, all finite. Values that only a closed
+// surface has are 0 elsewhere; the volume has no sign (the model turned inside out is the same solid).
 inline constexpr std::size_t basics_count = shape_basics_count + 1;
 inline constexpr std::array<std::string_view, basics_count> basics_names = [] {
   std::array<std::string_view, basics_count> names{};
@@ -60,7 +60,7 @@ struct DescribeParameters {
   std::uint32_t geodesic_sources = 64;          // 0: all samples
 };
 
-// What descriptors are made from. The mesh may be empty unless the group needs_mesh.
+// The input of makers. The mesh may be empty unless the group needs_mesh.
 struct DescriptorInput {
   const PreparedMesh& mesh;
   const Samples& samples;
@@ -69,36 +69,36 @@ struct DescriptorInput {
   const CancelToken& cancel;
 };
 
-// A row of values that comes with a descriptor, after its own.
+// A row of values that a descriptor has after its own.
 struct CompanionRow {
-  std::string_view name, value;               // what the values are
-  std::span<const std::string_view> columns;  // their names
+  std::string_view name, value;               // `value` says what the values are
+  std::span<const std::string_view> columns;  // the names of the values
 };
 
-// Bins that no parameter shapes.
+// Bins that no parameter changes.
 struct FixedBins {
   std::uint32_t count = 0;
-  std::string_view text;         // what they are
+  std::string_view text;         // the help: what the bins are
   std::uint32_t dimensions = 1;  // quantities that they divide at once
 };
 
-// Everything that the program knows of a descriptor.
+// The properties of a descriptor, from which all its forms follow.
 struct DescriptorGroup {
   Descriptor descriptor;
   std::string_view name;         // on the command line and in stores
-  std::string_view value;        // what its values are, or, of a histogram, what it counts
-  bool has_bins = true;          // a histogram, shaped by DescribeParameters::bins
-  FixedBins fixed_bins = {};     // a histogram of other bins; else, without any, separate values
-  bool takes_scale = false;      // and by ::scale; else its bins end at `range` or at 3 x the mean
-  std::string_view range = {};   // a fixed one
-  bool takes_sources = false;    // shaped by DescribeParameters::geodesic_sources
+  std::string_view value;        // what its values are, or what its histogram counts
+  bool has_bins = true;          // a histogram with DescribeParameters::bins
+  FixedBins fixed_bins = {};     // a histogram of other bins; separate values where it has neither
+  bool takes_scale = false;      // DescribeParameters::scale ends the bins; else `range`, or 3 x the mean
+  std::string_view range = {};   // a fixed range
+  bool takes_sources = false;    // takes DescribeParameters::geodesic_sources
   bool needs_mesh = false;       // besides the samples
   bool needs_triangles = false;  // Samples::triangle too
-  bool may_be_zero = false;      // a model may rightly have a row of zeros
-  std::span<const std::string_view> columns = {};  // names of values that are no histogram
+  bool may_be_zero = false;      // a valid row may be all zeros
+  std::span<const std::string_view> columns = {};  // the names of values that are not a histogram
   std::span<const CompanionRow> companions = {};
   std::uint32_t version = 1;  // raised whenever the same samples give other values
-  // Its own row and its companions', in order.
+  // Makes its own row and those of its companions, in order.
   std::vector<std::vector<float>> (*make)(const DescriptorInput& input) = nullptr;
   // Upper bound of its bytes beside mesh and samples, where they may be more than what was freed before.
   double (*bytes)(const DescribeParameters& parameters, const ModelSizes& sizes) = nullptr;
@@ -256,12 +256,12 @@ inline constexpr auto descriptor_names = [] {
   return names;
 }();
 constexpr std::string_view name_of(Descriptor descriptor) { return group_of(descriptor).name; }
-// The descriptors of a text: "none", or names with commas between them, each taken once. Returns what is
-// wrong with it, or "".
+// Takes the descriptors of a text: "none", or names with commas between them, each taken once. Returns what
+// is wrong with the text, or "".
 std::string take_descriptors(std::string_view text, std::vector<Descriptor>& descriptors);
 constexpr bool needs_mesh(Descriptor descriptor) { return group_of(descriptor).needs_mesh; }
 
-// Whether a row of that name comes after a descriptor's own.
+// Whether a row of that name is a companion of a descriptor.
 constexpr bool is_companion(std::string_view name) {
   for (const DescriptorGroup& group : descriptor_groups)
     for (const CompanionRow& row : group.companions)
@@ -275,22 +275,22 @@ constexpr bool makes_row(Descriptor descriptor, std::string_view name) {
   return name == name_of(descriptor);
 }
 
-// The working triangle of every sample that was read back from a store: the one of its polygon that has its
-// corners, in either winding. Throws std::invalid_argument when a sample's polygon is not in the mesh.
-// O(T + N), with a factor log K for polygons of K > 16 triangles. Throws RunCancelled and ItemError(timeout)
-// by `cancel`.
+// Finds the working triangle of every sample that was read back from a store: the triangle of its polygon
+// that has its corners, in either winding. Throws std::invalid_argument when a sample's polygon is not in the
+// mesh, RunCancelled and ItemError(timeout) from `cancel`. O(T + N), with a factor log K for polygons of K >
+// 16 triangles.
 std::vector<std::uint32_t> sample_triangles(const PolygonMesh& file, const PreparedMesh& mesh,
                                             const Samples& samples, const CancelToken& cancel = {});
-// Sets Samples::triangle to these, and puts corners and weights in the order of the mesh's corners: samples
-// taken without topology lie on triangles as the file winds them, which the mesh may have turned.
+// Sets Samples::triangle to these triangles, and puts corners and weights in the order of the mesh's corners:
+// samples taken without topology lie on triangles as the file winds them, which the mesh may have turned.
 void locate_on_mesh(const PolygonMesh& file, const PreparedMesh& mesh, Samples& samples,
                     const CancelToken& cancel = {});
 
-// The rows of the descriptors asked for, in that order, each followed by its companions: basics; a histogram
-// of `bins` shares of sum 1 (a geodesic one without any connected pair is all 0); of pairs, the roots of
-// shares; or the norms of harmonics. The mesh may be empty unless a descriptor needs_mesh; some need
-// Samples::triangle too. Randomness is a pure function of the key. Cost: see the kernels. Needs at least 4
-// samples. Throws what they throw; deterministic for every thread count.
+// Returns the rows of the requested descriptors, in that order, each followed by its companions: basics; a
+// histogram of `bins` shares of sum 1 (a geodesic one without any connected pair is all 0); for pairs, the
+// roots of shares; or the norms of harmonics. The mesh may be empty unless a descriptor needs_mesh; some need
+// Samples::triangle too. Randomness is a pure function of the key. Needs at least 4 samples. Cost and
+// exceptions: see the kernels. Deterministic for every thread count.
 std::vector<DescriptorRow> describe_samples(const PreparedMesh& mesh, const Samples& samples, RandomKey key,
                                             const DescribeParameters& parameters,
                                             const CancelToken& cancel = {});

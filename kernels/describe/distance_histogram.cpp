@@ -1,7 +1,6 @@
 #include "kernels/describe/distance_histogram.h"
 
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <cmath>
 #include <stdexcept>
@@ -15,17 +14,6 @@ namespace meander {
 
 namespace {
 
-constexpr double mean_range = 3;  // range of the bins over the mean distance
-
-void check_parameters(const DistanceHistogramParameters& parameters) {
-  if (parameters.bins < 8 || parameters.bins > 1024)
-    throw std::invalid_argument("a distance histogram has 8 to 1024 bins, not " +
-                                std::to_string(parameters.bins));
-  if (!(parameters.range >= 0) || !std::isfinite(parameters.range))
-    throw std::invalid_argument("the range of a distance histogram is 0 or a positive number");
-  require_available(parameters.instructions);
-}
-
 const PairLoops& pair_loops(InstructionSet set) {
   if constexpr (is_x86)
     return loops_of(set, scalar_pair_loops, avx2_pair_loops, avx512_pair_loops);
@@ -33,8 +21,8 @@ const PairLoops& pair_loops(InstructionSet set) {
     return scalar_pair_loops;
 }
 
-// The points that can be an end of a longest pair: with r the distances from the box's centre, those with
-// r + max r at least the length of some pair. Few on most shapes, all on a sphere.
+// The points that may be an end of a longest pair: with r the distances from the center of the box, those
+// with r + max r at least the length of some pair. Few on most shapes, all on a sphere.
 PairPoints far_points(const PairPoints& points) {
   const std::size_t n = points.count;
   const auto middle = [n](const std::vector<float>& values) {
@@ -50,7 +38,7 @@ PairPoints far_points(const PairPoints& points) {
   std::vector<double> radius(n);
   for (std::size_t i = 0; i < n; ++i) radius[i] = distance_to(i, cx, cy, cz);
   auto end = static_cast<std::size_t>(std::max_element(radius.begin(), radius.end()) - radius.begin());
-  const double most = radius[end];
+  const double max_radius = radius[end];
   double known = 0;
   for (int sweep = 0; sweep < 3; ++sweep) {
     const double x = points.x[end], y = points.y[end], z = points.z[end];
@@ -62,7 +50,7 @@ PairPoints far_points(const PairPoints& points) {
   }
   PairPoints far;
   for (std::size_t i = 0; i < n; ++i) {
-    if (radius[i] + most < known * (1 - 1e-5)) continue;  // far more than float distances are off
+    if (radius[i] + max_radius < known * (1 - 1e-5)) continue;  // beyond the error of float distances
     far.x.push_back(points.x[i]);
     far.y.push_back(points.y[i]);
     far.z.push_back(points.z[i]);
@@ -98,14 +86,14 @@ void add_counts(const PairCounter& counter, std::span<std::uint64_t> counts) {
   }
 }
 
-// range: working units; 0 puts every pair into bin 0.
+// Counts the pairs. range: working units; 0 puts every pair into bin 0.
 void count_pairs(const PairPoints& points, const PairLoops& loops, double range, const CancelToken& cancel,
                  DistanceHistogram& histogram) {
   const std::size_t bins = histogram.counts.size();
   PairCounter counter;
   counter.factor = range > 0 ? static_cast<float>(std::min(1e30, static_cast<double>(bins) / range)) : 0.0f;
   counter.top = static_cast<float>(bins) - 0.5f;
-  counter.side_bits = bins <= most_joint_bins ? static_cast<unsigned>(std::bit_width(bins - 1)) : 0u;
+  counter.side_bits = bins <= max_joint_bins ? static_cast<unsigned>(std::bit_width(bins - 1)) : 0u;
   counter.copy_stride = counter.side_bits > 0 ? std::size_t{1} << (2 * counter.side_bits) : bins;
   const auto parts =
       results_of_tasks<std::vector<std::uint64_t>>(points.count, [&](std::size_t begin, std::size_t end) {
@@ -127,41 +115,16 @@ void count_pairs(const PairPoints& points, const PairLoops& loops, double range,
   histogram.counts[0] -= all - histogram.pairs;  // the pads
 }
 
-constexpr std::size_t weighted_rows = 64;
-
-struct WeightedPoints {
-  std::vector<double> x, y, z, weight;
-
-  WeightedPoints(std::span<const double> points, std::span<const double> weights) {
-    for (std::size_t i = 0; i < weights.size(); ++i) {
-      if (weights[i] == 0) continue;
-      x.push_back(points[3 * i]);
-      y.push_back(points[3 * i + 1]);
-      z.push_back(points[3 * i + 2]);
-      weight.push_back(weights[i]);
-    }
-  }
-  std::size_t count() const { return x.size(); }
-  double distance(std::size_t i, std::size_t j) const {
-    const double dx = x[i] - x[j], dy = y[i] - y[j], dz = z[i] - z[j];
-    return std::sqrt(dx * dx + dy * dy + dz * dz);
-  }
-};
-
-// One result per block of rows, to be added up in order: make(), then add(result, i, j) for all j > i.
-template <class Result, class Make, class Add>
-std::vector<Result> weighted_blocks(std::size_t n, const Make& make, const Add& add) {
-  std::vector<Result> results((n + weighted_rows - 1) / weighted_rows);
-  parallel_tasks(results.size(), [&](std::size_t block) {
-    Result result = make();
-    for (std::size_t i = block * weighted_rows; i < std::min(n, (block + 1) * weighted_rows); ++i)
-      for (std::size_t j = i + 1; j < n; ++j) add(result, i, j);
-    results[block] = std::move(result);
-  });
-  return results;
-}
-
 }  // namespace
+
+void check_histogram_parameters(const DistanceHistogramParameters& parameters) {
+  if (parameters.bins < 8 || parameters.bins > 1024)
+    throw std::invalid_argument("a distance histogram has 8 to 1024 bins, not " +
+                                std::to_string(parameters.bins));
+  if (!(parameters.range >= 0) || !std::isfinite(parameters.range))
+    throw std::invalid_argument("the range of a distance histogram is 0 or a positive number");
+  require_available(parameters.instructions);
+}
 
 double mean_distance(const PairPoints& points, InstructionSet instructions, const CancelToken& cancel) {
   const PairLoops& loops = pair_loops(instructions);
@@ -180,7 +143,7 @@ double mean_distance(const PairPoints& points, InstructionSet instructions, cons
 DistanceHistogram distance_histogram(std::span<const float> points,
                                      const DistanceHistogramParameters& parameters,
                                      const CancelToken& cancel) {
-  check_parameters(parameters);
+  check_histogram_parameters(parameters);
   if (points.size() < 6 || points.size() % 3 != 0)
     throw std::invalid_argument("a distance histogram needs at least two points of three coordinates");
   check_finite(points, "a coordinate");
@@ -192,68 +155,13 @@ DistanceHistogram distance_histogram(std::span<const float> points,
   const bool by_mean = parameters.scale == HistogramScale::mean;
   const double scale = by_mean ? mean_distance(working, parameters.instructions, cancel)
                                : largest_distance(working, loops, cancel);
-  const double range =
-      parameters.range > 0 ? parameters.range / working.unit : (by_mean ? mean_range : 1) * scale;
+  const double range = parameters.range > 0 ? parameters.range / working.unit
+                                            : (by_mean ? histogram_range_per_mean : 1) * scale;
   count_pairs(working, loops, range, cancel, histogram);
   histogram.scale = scale * working.unit;
   histogram.range = range * working.unit;
   for (const std::uint64_t count : histogram.counts)
     histogram.shares.push_back(static_cast<double>(count) / static_cast<double>(histogram.pairs));
-  return histogram;
-}
-
-DistanceHistogram weighted_distance_histogram(std::span<const double> points, std::span<const double> weights,
-                                              const DistanceHistogramParameters& parameters) {
-  check_parameters(parameters);
-  if (parameters.instructions != InstructionSet::automatic &&
-      parameters.instructions != InstructionSet::scalar)
-    throw std::invalid_argument("weighted distance histograms are scalar");
-  if (points.size() != 3 * weights.size())
-    throw std::invalid_argument("a weighted distance histogram needs three coordinates per weight");
-  check_finite(points, "a coordinate");
-  check_finite(weights, "a weight");
-  for (const double weight : weights)
-    if (weight < 0) throw std::invalid_argument("a weight that is negative");
-  const WeightedPoints working(points, weights);
-  const std::size_t n = working.count(), bins = parameters.bins;
-  if (n < 2) throw std::invalid_argument("a distance histogram needs at least two points of positive weight");
-
-  struct Totals {
-    double largest = 0, weight = 0, weighted_distance = 0;
-  };
-  Totals totals;
-  for (const Totals& part : weighted_blocks<Totals>(
-           n, [] { return Totals(); },
-           [&](Totals&result, std::size_t i, std::size_t j) {
-             const double distance = working.distance(i, j), weight = working.weight[i] * working.weight[j];
-             result.largest = std::max(result.largest, distance);
-             result.weight += weight;
-             result.weighted_distance += weight * distance;
-           })) {
-    totals.largest = std::max(totals.largest, part.largest);
-    totals.weight += part.weight;
-    totals.weighted_distance += part.weighted_distance;
-  }
-  if (!(totals.weight > 0) || !std::isfinite(totals.weight) || !std::isfinite(totals.weighted_distance))
-    throw std::invalid_argument("weights or coordinates whose products leave the range of double");
-
-  DistanceHistogram histogram;
-  const bool by_mean = parameters.scale == HistogramScale::mean;
-  histogram.pairs = std::uint64_t{n} * (n - 1) / 2;
-  histogram.scale = by_mean ? totals.weighted_distance / totals.weight : totals.largest;
-  histogram.range = parameters.range > 0 ? parameters.range : (by_mean ? mean_range : 1) * histogram.scale;
-  const double top = static_cast<double>(bins) - 0.5;
-  const double factor =
-      histogram.range > 0 ? std::min(1e300, static_cast<double>(bins) / histogram.range) : 0;
-  histogram.shares.resize(bins);
-  for (const auto& part : weighted_blocks<std::vector<double>>(
-           n, [&] { return std::vector<double>(bins); },
-           [&](std::vector<double>&result, std::size_t i, std::size_t j) {
-             const auto bin = static_cast<std::size_t>(std::min(working.distance(i, j) * factor, top));
-             result[bin] += working.weight[i] * working.weight[j];
-           }))
-    for (std::size_t b = 0; b < bins; ++b) histogram.shares[b] += part[b];
-  for (double& share : histogram.shares) share /= totals.weight;
   return histogram;
 }
 

@@ -8,7 +8,7 @@ namespace meander {
 
 namespace {
 
-constexpr std::size_t most_kept = std::size_t{1} << 25;  // distances: 256 MiB
+constexpr std::size_t max_kept = std::size_t{1} << 25;  // distances
 
 }  // namespace
 
@@ -24,8 +24,8 @@ GeodesicHistogram geodesic_histogram(const HeatGeodesics& geodesics, PointsOnMes
   histogram.share.assign(parameters.bins, 0.0f);
   if (count < 2) return histogram;
 
-  // Blocks of whole rows; when all fit in one, the second pass reads what the first one left.
-  const std::size_t block = std::clamp<std::size_t>(most_kept / count, 1, sources);
+  // Blocks are whole rows; when all fit in one, the second pass reads the result of the first.
+  const std::size_t block = std::clamp<std::size_t>(max_kept / count, 1, sources);
   std::vector<double> distance(block * count);
   const auto compute = [&](std::size_t begin) {
     const std::size_t rows = std::min(block, sources - begin);
@@ -56,7 +56,7 @@ GeodesicHistogram geodesic_histogram(const HeatGeodesics& geodesics, PointsOnMes
   histogram.disconnected_share = static_cast<double>(apart) / static_cast<double>(apart + histogram.pairs);
   if (histogram.pairs == 0) return histogram;
   histogram.mean = sum / static_cast<double>(histogram.pairs);
-  histogram.upper = parameters.scale == GeodesicScale::largest ? histogram.largest : 3 * histogram.mean;
+  histogram.upper = parameters.scale == HistogramScale::largest ? histogram.largest : 3 * histogram.mean;
 
   std::vector<std::uint64_t> counts(parameters.bins, 0);
   const double last = static_cast<double>(parameters.bins - 1);

@@ -6,11 +6,9 @@
 #include <cmath>
 #include <limits>
 #include <stdexcept>
-#include <string>
 #include <utility>
 
 #include "kernels/core/parallel.h"
-#include "kernels/core/parallel_lanes.h"
 #include "kernels/core/radix_heap.h"
 #include "kernels/solve/elimination_order.h"
 #include "kernels/solve/intrinsic_delaunay.h"
@@ -25,7 +23,7 @@ namespace {
 constexpr std::size_t batch_size = geodesic_batch;
 constexpr double furthest = 600;  // in sqrt(t): exp(-600) is still a normal double
 
-// The furthest that any two vertices can lie apart, by edges: twice the extent from vertex 0 (Dijkstra 1959).
+// A bound on the distance of any two vertices by edges: twice the extent from vertex 0 (Dijkstra 1959).
 double extent_bound(const GraphMatrix& laplacian, const IntrinsicSurface& surface) {
   std::vector<double> length(laplacian.values.size());
   std::vector<std::uint32_t> cursor(laplacian.graph.begin.begin(), laplacian.graph.begin.end() - 1);
@@ -45,7 +43,7 @@ double extent_bound(const GraphMatrix& laplacian, const IntrinsicSurface& surfac
     if (d > reached[v]) continue;
     extent = d;
     for (std::uint32_t e = laplacian.graph.begin[v]; e < laplacian.graph.begin[v + 1]; ++e) {
-      const std::uint32_t to = laplacian.graph.neighbours[e];
+      const std::uint32_t to = laplacian.graph.neighbors[e];
       if (d + length[e] >= reached[to]) continue;
       reached[to] = d + length[e];
       queue.push(reached[to], to);
@@ -65,9 +63,9 @@ std::array<double, 3> weights_of(PointsOnMesh points, std::size_t i) {
   return {1 - b - c, b, c};
 }
 
-// Mean of phi - distance over vertices beside the source at p: the corners of its triangle, each the less the
-// nearer p is to it, and the three apexes across its edges, unfolded into its plane. phi at the source itself
-// would not do: the heat has rounded that tip off by about h / 3.
+// Mean of phi - distance over vertices beside the source at p: the corners of its triangle, each with less
+// weight the nearer p is to it, and the three apexes across its edges, unfolded into its plane. phi at the
+// source itself would not do: the heat has rounded that tip off by about h / 3.
 template <class Phi>
 double source_shift(const PreparedMesh& mesh, std::uint32_t triangle, const std::array<double, 3>& weight,
                     const Phi& phi) {
@@ -87,7 +85,7 @@ double source_shift(const PreparedMesh& mesh, std::uint32_t triangle, const std:
     const Vector3 edge = mesh.position(mesh.triangles[next_half_edge(h)]) - start;
     const double length = norm(edge);
     if (!(length > 0)) continue;
-    // Along the edge and away from it, for p on one side and the apex on the other.
+    // The coordinates along the edge and away from it, with p on one side and the apex on the other.
     const Vector3 to_p = p - start, to_apex = mesh.position(apex) - start;
     const double along = dot(to_apex - to_p, edge) / length;
     const double away = (norm(cross(to_p, edge)) + norm(cross(to_apex, edge))) / length;
@@ -100,7 +98,7 @@ double source_shift(const PreparedMesh& mesh, std::uint32_t triangle, const std:
 struct SourceField {
   const PreparedMesh& mesh;
   const Component& component;
-  const double* column;  // null: a component of no area
+  const double* column;  // null: a component without area
   std::size_t stride;
   std::uint32_t triangle;  // of the source
   Vector3 source;          // working units
@@ -110,7 +108,7 @@ struct SourceField {
     const std::uint32_t* corner = mesh.triangles.data() + 3 * std::size_t{triangle};
     return vertex == corner[0] || vertex == corner[1] || vertex == corner[2];
   }
-  // Working units. The straight distance bounds every path from below.
+  // In working units. The straight distance bounds every path from below.
   double at_vertex(std::uint32_t vertex) const {
     const double straight = distance(source, mesh.position(vertex));
     if (column == nullptr || is_corner(vertex)) return straight;
@@ -192,22 +190,23 @@ struct HeatGeodesics::Part {
     std::vector<double> values(laplacian.values.size()), diagonal(count);
     for (std::size_t e = 0; e < values.size(); ++e) values[e] = time * laplacian.values[e];
     for (std::size_t v = 0; v < count; ++v) diagonal[v] = mass[v] + time * laplacian.diagonal[v];
-    factorise_laplacian(heat, laplacian.graph, values, diagonal, order, cancel);
+    factorize_laplacian(heat, laplacian.graph, values, diagonal, order, cancel);
     if (has_boundary) {
       for (std::size_t v = 0; v < count; ++v)
         for (std::uint32_t e = laplacian.graph.begin[v]; e < laplacian.graph.begin[v + 1]; ++e)
-          if (on_boundary[v] || on_boundary[laplacian.graph.neighbours[e]]) values[e] = 0;
-      factorise_laplacian(heat_held, laplacian.graph, values, diagonal, order, cancel);
+          if (on_boundary[v] || on_boundary[laplacian.graph.neighbors[e]]) values[e] = 0;
+      factorize_laplacian(heat_held, laplacian.graph, values, diagonal, order, cancel);
     }
-    // The right-hand side of phi sums to 0, so this holds vertex 0 at 0 and changes nothing else.
+    // The right-hand side of phi sums to 0, so this pins vertex 0 to 0 and changes nothing else.
     laplacian.diagonal[0] += std::max(laplacian.diagonal[0], 1.0);
-    factorise_laplacian(poisson, laplacian.graph, laplacian.values, laplacian.diagonal, order, cancel);
+    factorize_laplacian(poisson, laplacian.graph, laplacian.values, laplacian.diagonal, order, cancel);
   }
 
-  // u in, -div(-grad u / |grad u|) out, V x Count. No embedding is needed: with the Dirichlet energy of the
-  // triangle |grad u|^2 = E / area, and the divergence is the triangle's Laplacian of u over |grad u|.
+  // Computes -div(-grad u / |grad u|) from u, V x Count each. No embedding is needed: |grad u|^2 = E / area
+  // with the Dirichlet energy E of the triangle, and the divergence is the triangle's Laplacian of u over
+  // |grad u|.
   template <int Count>
-  std::vector<double> normalised_divergence(std::span<const double> u) const {
+  std::vector<double> normalized_divergence(std::span<const double> u) const {
     using Values = Eigen::Array<double, Count, 1>;
     std::vector<double> right(u.size(), 0);
     for (std::size_t t = 0; t < area.size(); ++t) {
@@ -217,7 +216,7 @@ struct HeatGeodesics::Part {
         return Eigen::Map<const Values>(u.data() + std::size_t{Count} * corner[k]);
       };
       Values d0 = at(1) - at(0), d1 = at(2) - at(1), d2 = at(0) - at(2);
-      // Scaled first: squares of u would underflow.
+      // The values are scaled first, because squares of u would underflow.
       const Values largest = d0.abs().max(d1.abs()).max(d2.abs());
       const Values scale = (largest > 1e-300).select(largest.max(1e-300).inverse(), Values::Zero());
       d0 *= scale;
@@ -236,7 +235,7 @@ struct HeatGeodesics::Part {
     return right;
   }
 
-  // `sources`: V x Count weights in; phi up to a constant out.
+  // Computes phi up to a constant from `sources`, V x Count weights.
   template <int Count>
   std::vector<double> solve(std::vector<double> sources, const CancelToken& cancel) const {
     if (has_boundary) {
@@ -250,7 +249,7 @@ struct HeatGeodesics::Part {
       heat.solve_many(sources, Count);
     }
     cancel.check();
-    std::vector<double> phi = normalised_divergence<Count>(sources);
+    std::vector<double> phi = normalized_divergence<Count>(sources);
     poisson.solve_many(phi, Count);
     return phi;
   }
@@ -260,16 +259,16 @@ HeatGeodesics::HeatGeodesics(const PreparedMesh& mesh, const HeatGeodesicsParame
                              const CancelToken& cancel, std::span<const std::uint32_t> sources)
     : mesh_(&mesh),
       parts_(mesh.components.size()),
-      factorised_(mesh.components.size(), sources.empty()),
+      factorized_(mesh.components.size(), sources.empty()),
       component_(mesh.triangle_count()) {
   if (!(parameters.time_factor >= 0.1 && parameters.time_factor <= 100))
     throw std::invalid_argument("heat geodesics: the time factor must lie in 0.1..100");
   for (std::uint32_t c = 0; c < mesh.components.size(); ++c)
     for (std::uint32_t t = mesh.components[c].triangle_begin; t < mesh.components[c].triangle_end; ++t)
       component_[t] = c;
-  for (const std::uint32_t t : sources) factorised_[component_.at(t)] = 1;
+  for (const std::uint32_t t : sources) factorized_[component_.at(t)] = 1;
   parallel_tasks(parts_.size(), [&](std::size_t c) {
-    if (!factorised_[c] || !(mesh.components[c].area > 0)) return;
+    if (!factorized_[c] || !(mesh.components[c].area > 0)) return;
     parts_[c] = std::make_unique<Part>(mesh, mesh.components[c], parameters.time_factor, cancel);
   });
 }
@@ -291,11 +290,11 @@ template <class Write>
 void HeatGeodesics::for_each_batch(PointsOnMesh sources, const CancelToken& cancel,
                                    const Write& write) const {
   check_points_on_mesh(*mesh_, sources);
-  // Sources by component, each cut into batches.
+  // Sources are grouped by component and cut into batches.
   std::vector<std::vector<std::uint32_t>> wanted(parts_.size());
   for (std::uint32_t s = 0; s < sources.count(); ++s) {
     const std::uint32_t c = component_[sources.triangle[s]];
-    if (!factorised_[c])
+    if (!factorized_[c])
       throw std::invalid_argument("heat geodesics: a source on a component that was left out");
     wanted[c].push_back(s);
   }
@@ -327,22 +326,7 @@ void HeatGeodesics::for_each_batch(PointsOnMesh sources, const CancelToken& canc
           start[count * v + i] += std::max(weight[k], 0.0);
         }
       }
-      switch (count) {
-        case 1:
-          phi = part->solve<1>(std::move(start), cancel);
-          break;
-        case 2:
-          phi = part->solve<2>(std::move(start), cancel);
-          break;
-        case 4:
-          phi = part->solve<4>(std::move(start), cancel);
-          break;
-        case 8:
-          phi = part->solve<8>(std::move(start), cancel);
-          break;
-        default:
-          phi = part->solve<16>(std::move(start), cancel);
-      }
+      at_width(count, [&]<int Count>() { phi = part->solve<Count>(std::move(start), cancel); });
     }
     for (std::size_t i = 0; i < batch.sources.size(); ++i) {
       const std::uint32_t s = batch.sources[i], triangle = sources.triangle[s];

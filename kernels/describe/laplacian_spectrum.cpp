@@ -19,22 +19,22 @@ namespace meander {
 
 namespace {
 
-constexpr std::size_t dense_vertices = 64;  // up to there dense matrices are as fast
+constexpr std::size_t dense_vertices = 64;  // dense matrices are as fast up to there
 constexpr double tolerance = 1e-7;          // of a residual; that of its eigenvalue is about the square
-constexpr int most_restarts = 300;
+constexpr int max_restarts = 300;
 constexpr double mass_spread = 1e-3;  // see separate_masses
 
 // K and M on one graph.
 struct SurfaceMatrices {
   GraphMatrix stiffness;
-  std::vector<double> mass, mass_diagonal;  // beside stiffness.graph.neighbours, and on the diagonal
+  std::vector<double> mass, mass_diagonal;  // beside stiffness.graph.neighbors, and on the diagonal
   double area = 0;
 };
 
 SurfaceMatrices matrices_of(const IntrinsicSurface& surface) {
   SurfaceMatrices made;
   made.stiffness = surface_laplacian(surface, corner_geometry(surface.length).half_cotangent);
-  // The mass of an edge travels through surface_laplacian() as its weight: a 24th of both triangles' areas.
+  // The mass of an edge goes through surface_laplacian() as its weight: a 24th of both triangles' areas.
   std::vector<double> weight(surface.length.size());
   made.mass_diagonal.assign(surface.vertex_count, 0);
   for (std::size_t t = 0; t < surface.triangle_count(); ++t) {
@@ -54,10 +54,10 @@ SurfaceMatrices matrices_of(const IntrinsicSurface& surface) {
   return made;
 }
 
-// Changes every mass by its own small share. The Krylov space of one vector holds one function of each
-// eigenspace only, so a multiple eigenvalue would be found once, or as often as rounding has it; of a surface
-// without symmetries none is multiple. Moves eigenvalues by some 1e-3 / sqrt(V), far below the error of the
-// elements.
+// Changes every mass by its own small share. The Krylov space of one vector holds only one function of each
+// eigenspace, so a multiple eigenvalue would be found once, or as often as rounding happens to split it; a
+// surface without symmetries has no multiple eigenvalues. This moves eigenvalues by some 1e-3 / sqrt(V), far
+// below the error of the elements.
 void separate_masses(SurfaceMatrices& matrices) {
   double turn = 0;  // multiples of the golden ratio, modulo 1
   for (double& mass : matrices.mass_diagonal) {
@@ -67,7 +67,7 @@ void separate_masses(SurfaceMatrices& matrices) {
   }
 }
 
-// The two products that Spectra asks for, and their sizes; this version of it does without that of columns.
+// The two operators that Spectra takes, with their sizes; this version of it does not call cols().
 class ShiftedInverse {
  public:
   using Scalar = double;
@@ -99,7 +99,7 @@ class MassProduct {
     for (std::size_t v = 0; v < graph.count(); ++v) {
       double sum = matrices_.mass_diagonal[v] * x[v];
       for (std::uint32_t e = graph.begin[v]; e < graph.begin[v + 1]; ++e)
-        sum += matrices_.mass[e] * x[graph.neighbours[e]];
+        sum += matrices_.mass[e] * x[graph.neighbors[e]];
       y[v] = sum;
     }
   }
@@ -108,7 +108,7 @@ class MassProduct {
   const SurfaceMatrices& matrices_;
 };
 
-// L^-1 m by substitution, L the lower triangle; the order of the sums is ours, see dense_fronts.h.
+// Computes L^-1 m by substitution, L the lower triangle; the order of the sums is fixed, see dense_fronts.h.
 void divide_by_lower(const Eigen::MatrixXd& lower, Eigen::MatrixXd& m) {
   for (Eigen::Index c = 0; c < m.cols(); ++c)
     for (Eigen::Index j = 0; j < m.rows(); ++j) {
@@ -117,7 +117,7 @@ void divide_by_lower(const Eigen::MatrixXd& lower, Eigen::MatrixXd& m) {
     }
 }
 
-// K x = lambda M x, with M = L L^T the problem of L^-1 K L^-T.
+// Solves K x = lambda M x, which with M = L L^T is the problem of L^-1 K L^-T.
 std::vector<double> by_dense_matrices(const SurfaceMatrices& matrices) {
   const UnknownGraph& graph = matrices.stiffness.graph;
   const auto count = static_cast<Eigen::Index>(graph.count());
@@ -127,12 +127,12 @@ std::vector<double> by_dense_matrices(const SurfaceMatrices& matrices) {
     stiffness(v, v) = matrices.stiffness.diagonal[at];
     mass(v, v) = matrices.mass_diagonal[at];
     for (std::uint32_t e = graph.begin[at]; e < graph.begin[at + 1]; ++e) {
-      stiffness(v, graph.neighbours[e]) += matrices.stiffness.values[e];
-      mass(v, graph.neighbours[e]) += matrices.mass[e];
+      stiffness(v, graph.neighbors[e]) += matrices.stiffness.values[e];
+      mass(v, graph.neighbors[e]) += matrices.mass[e];
     }
   }
   constexpr const char* failure = "the eigenvalues of a small component could not be found";
-  if (!factorise_front(mass.data(), graph.count(), graph.count())) throw SpectrumNotFound(failure);
+  if (!factorize_front(mass.data(), graph.count(), graph.count())) throw SpectrumNotFound(failure);
   divide_by_lower(mass, stiffness);
   stiffness.transposeInPlace();
   divide_by_lower(mass, stiffness);
@@ -145,14 +145,15 @@ std::vector<double> by_iteration(const SurfaceMatrices& matrices, std::size_t co
                                  const CancelToken& cancel) {
   const GraphMatrix& stiffness = matrices.stiffness;
   const std::size_t vertices = stiffness.graph.count();
-  // Below zero, so that the shifted matrix is definite; at the first eigenvalue's order of magnitude.
+  // The shift is below zero, so that the shifted matrix is definite, and of the first eigenvalue's order of
+  // magnitude.
   const double shift = -4 * std::numbers::pi / matrices.area;
   GraphMatrix shifted = stiffness;
   for (std::size_t e = 0; e < shifted.values.size(); ++e) shifted.values[e] -= shift * matrices.mass[e];
   for (std::size_t v = 0; v < vertices; ++v) shifted.diagonal[v] -= shift * matrices.mass_diagonal[v];
   const std::vector<std::uint32_t> order = elimination_order(shifted.graph);
   SparseCholesky factor;
-  factorise_laplacian(factor, shifted.graph, shifted.values, shifted.diagonal, order, cancel);
+  factorize_laplacian(factor, shifted.graph, shifted.values, shifted.diagonal, order, cancel);
   ShiftedInverse inverse(factor, vertices, cancel);
   MassProduct mass(matrices);
   const auto wanted = static_cast<Eigen::Index>(count);
@@ -160,7 +161,7 @@ std::vector<double> by_iteration(const SurfaceMatrices& matrices, std::size_t co
   Spectra::SymGEigsShiftSolver<ShiftedInverse, MassProduct, Spectra::GEigsMode::ShiftInvert> solver(
       inverse, mass, wanted, basis, shift);
   solver.init();
-  solver.compute(Spectra::SortRule::LargestMagn, most_restarts, tolerance, Spectra::SortRule::SmallestAlge);
+  solver.compute(Spectra::SortRule::LargestMagn, max_restarts, tolerance, Spectra::SortRule::SmallestAlge);
   if (solver.info() != Spectra::CompInfo::Successful)
     throw SpectrumNotFound("the eigenvalues of a component could not be found");
   const Eigen::VectorXd values = solver.eigenvalues();
@@ -197,7 +198,7 @@ double area_of(const IntrinsicSurface& surface) {
 
 std::vector<double> joint_spectrum(std::span<const IntrinsicSurface> components, std::size_t count,
                                    const CancelToken& cancel) {
-  constexpr std::size_t margin = 3;  // components differ from their expectation by about that
+  constexpr std::size_t margin = 3;  // about the deviation of components from their expectation
   std::vector<double> area(components.size());
   for (std::size_t c = 0; c < components.size(); ++c) area[c] = area_of(components[c]);
   const double total = blocked_sum(area);
@@ -217,7 +218,8 @@ std::vector<double> joint_spectrum(std::span<const IntrinsicSurface> components,
     lowest.resize(std::min(lowest.size(), count));
     bool is_complete = true;
     for (std::size_t c = 0; c < components.size(); ++c) {
-      if (asked[c] == count || spectra[c].size() < asked[c]) continue;  // all that there are, or can matter
+      // The component has no more eigenvalues, or no more that can matter.
+      if (asked[c] == count || spectra[c].size() < asked[c]) continue;
       if (lowest.size() == count && spectra[c].back() >= lowest.back()) continue;
       ask(c, 2 * asked[c]);
       is_complete = false;

@@ -11,8 +11,8 @@
 
 namespace meander {
 
-// Iterations that do not converge, as for a component with a vertex a million times as far away as the others
-// are.
+// Thrown where iterations do not converge, as for a component with one vertex a million times as far away as
+// the others.
 class SpectrumNotFound : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
@@ -20,30 +20,29 @@ class SpectrumNotFound : public std::runtime_error {
 
 // The lowest `count` eigenvalues of the Laplacian of a connected surface, ascending, without the zero of the
 // constant function; fewer where there are fewer than count + 1 vertices. At boundaries the normal derivative
-// is 0 (Neumann). In 1 / length^2.
+// is 0 (Neumann). Unit: 1 / length^2.
 //
 // Linear finite elements: K x = lambda M x with the cotangent Laplacian K. The consistent mass matrix makes
 // eigenvalues too large and the lumped one too small, at the same order of the edge length; M is the mean of
 // both, in which the errors cancel (Goudreau and Taylor 1972, "Evaluation of numerical integration methods in
-// elastodynamics": exactly so on regular grids). Largest error of the first 40 in per cent: see
-// docs/RETRIEVAL.md.
+// elastodynamics": exactly so on regular grids). docs/RETRIEVAL.md has the errors of the first 40.
 //
 // Shift and invert with sparse Cholesky factors and restarted Lanczos iterations (Spectra; Sorensen 1992);
-// small surfaces by dense matrices. Few vertices, or a multiple eigenvalue, are no problem.
+// small surfaces by dense matrices. Surfaces of few vertices and multiple eigenvalues are handled.
 //
-// The triangles should be those of make_intrinsic_delaunay, the lengths mollified. O(V^1.5 + count V) time,
-// about 2 KB a vertex for 40 eigenvalues. Deterministic. Throws SpectrumNotFound when the iterations do not
-// converge, ItemError(internal) when the matrix cannot be factorised, and what `cancel` throws.
+// The triangles should be those of make_intrinsic_delaunay, the lengths mollified. O(V^1.5 + count V) time.
+// Deterministic. Throws SpectrumNotFound when the iterations do not converge, ItemError(internal) when the
+// matrix cannot be factorized, and timeout / RunCancelled from `cancel`.
 std::vector<double> laplacian_spectrum(const IntrinsicSurface& surface, std::size_t count,
                                        const CancelToken& cancel = {});
 
-// By edge lengths. O(T).
+// The area by edge lengths. O(T).
 double area_of(const IntrinsicSurface& surface);
 
 // The lowest `count` positive eigenvalues of a surface of several components, ascending: those of all
-// components together, without the zero of each. A component is asked for as many as its share of the area
-// lets expect (Weyl 1911: the number below lambda is area lambda / (4 pi) to first order), and for twice as
-// many while the largest that it gave is among the lowest of all. Throws as laplacian_spectrum.
+// components together, without the zero of each. A component is asked for the number expected by its share of
+// the area (Weyl 1911: the number below lambda is area lambda / (4 pi) to first order), and for twice as many
+// while its largest is among the lowest of all. Throws as laplacian_spectrum.
 std::vector<double> joint_spectrum(std::span<const IntrinsicSurface> components, std::size_t count,
                                    const CancelToken& cancel = {});
 

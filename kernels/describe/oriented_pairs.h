@@ -1,6 +1,6 @@
 // Histogram of all pairs of oriented points: distance, the angles of both normals with the line, and the
-// angle between the normals. The features of the point pairs of Wahl, Hillenbrand and Hirzinger 2003
-// ("Surflet-pair-relation histograms"), without their order of the two points, over every pair.
+// angle between the normals. These are the features of the point pairs of Wahl, Hillenbrand and Hirzinger
+// 2003 ("Surflet-pair-relation histograms"), without their order of the two points, over every pair.
 #pragma once
 
 #include <array>
@@ -17,15 +17,15 @@ namespace meander {
 // opposite are the same; angles are in [0, pi / 2].
 enum class NormalSense : std::uint8_t { signed_normals, either_side };
 
-// The bins: distance x lesser angle x greater angle x angle between the normals, the last varying fastest.
+// The bins: distance x smaller angle x larger angle x angle between the normals, the last varying fastest.
 inline constexpr std::uint32_t pair_distance_bins = 8, pair_angle_bins = 4;
 inline constexpr std::uint32_t oriented_pair_bins =
     pair_distance_bins * pair_angle_bins * pair_angle_bins * pair_angle_bins;
 inline constexpr double pair_distance_range = 2.5;  // over the mean; larger distances are in the last bin
 
-// Where the bins of angles end, degrees. No edge lies at an angle that flat, right-angled or regular shapes
+// The ends of the bins of angles, degrees. No edge lies at an angle that flat, right-angled or regular shapes
 // have in many pairs (0, 90, 180, multiples of 15, 18 and 22.5 degrees between normals; 90 degrees between a
-// normal and a line in its plane): there rounding would decide.
+// normal and a line in its plane), where rounding would decide.
 struct PairAngleEdges {
   std::array<double, pair_angle_bins - 1> line, normals;
 };
@@ -44,19 +44,18 @@ struct OrientedPairHistogram {
   std::uint64_t pairs = 0;            // n (n - 1) / 2
 };
 
-// points: 3 n coordinates, finite, n >= 2; normals: 3 n, finite, of length 1. Of points i and j at distance d
-// along the line l from i to j the angles with the line are those between n_i and l, and between n_j and -l;
-// the lesser bin comes first. So the histogram depends neither on the order of the points nor on place,
-// direction or size of the whole; with either_side it does not depend on the sense of any normal. Where two
-// points coincide, both angles with the line count in the first bin. Points that all coincide have mean
-// distance 0 and lie in the first bin of distances.
+// Counts all pairs. points: 3 n coordinates, finite, n >= 2; normals: 3 n, finite, of length 1. For points i
+// and j at distance d along the line l from i to j, the angles with the line are those between n_i and l, and
+// between n_j and -l; the smaller bin comes first. So the histogram depends neither on the order of the
+// points nor on position, direction or size of the whole; with either_side it does not depend on the sense of
+// any normal. Where two points coincide, both angles with the line count in the first bin. Points that all
+// coincide have mean distance 0 and lie in the first bin of distances.
 //
 // Cosines are compared with those of the edges: float32 with one rounding per operation, no division and no
 // function of the C library in the loop, counts are integers. Any permutation, instruction set and number of
-// threads gives the same bytes. Cost, per pair of n^2 / 2 on one core of a busy 2.6 GHz EPYC: see
-// bench/describe_bench.cpp. Parallel. Throws std::invalid_argument for fewer than two points, lengths that
-// differ, numbers that are not finite, or instructions that the processor does not have, RunCancelled and
-// ItemError(timeout) by `cancel`.
+// threads gives the same bytes. O(n^2), parallel; bench/describe_bench.cpp measures it. Throws
+// std::invalid_argument for fewer than two points, lengths that differ, numbers that are not finite, or
+// instructions that the processor does not have; RunCancelled and ItemError(timeout) from `cancel`.
 OrientedPairHistogram oriented_pair_histogram(std::span<const float> points, std::span<const float> normals,
                                               const OrientedPairParameters& parameters = {},
                                               const CancelToken& cancel = {});

@@ -13,7 +13,7 @@ std::array<Vector3, 3> corners_of(const PreparedMesh& mesh, std::size_t triangle
   return {mesh.position(corner[0]), mesh.position(corner[1]), mesh.position(corner[2])};
 }
 
-// Twice the area vector.
+// Twice the area vector of a triangle.
 Vector3 area_vector(const std::array<Vector3, 3>& corner) {
   return cross(corner[1] - corner[0], corner[2] - corner[0]);
 }
@@ -29,8 +29,8 @@ Vector3 centroid_of(const PreparedMesh& mesh) {
   return area > 0 ? (1 / (3 * area)) * moment : Vector3{};
 }
 
-// Six times the volume of the tetrahedra between the triangles of the component and a point: of a closed
-// component the same for every point.
+// Six times the volume of the tetrahedra between the triangles of the component and a point, which for a
+// closed component is the same for every point.
 double volume_from(const PreparedMesh& mesh, const Component& component, Vector3 point) {
   double volume = 0;
   for (std::size_t t = component.triangle_begin; t < component.triangle_end; ++t) {

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <cstdint>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -18,8 +17,8 @@
 namespace meander {
 
 inline constexpr std::size_t tile_rows = 64;
-inline constexpr std::size_t task_pairs = std::size_t{1} << 19;  // at least, about 0.2 ms
-inline constexpr std::size_t most_tasks = 1024;
+inline constexpr std::size_t task_pairs = std::size_t{1} << 19;  // of a task at least
+inline constexpr std::size_t max_tasks = 1024;
 
 template <class Number>
 void check_finite(std::span<const Number> values, const char* what) {
@@ -27,7 +26,7 @@ void check_finite(std::span<const Number> values, const char* what) {
     if (!std::isfinite(value)) throw std::invalid_argument(std::string(what) + " that is not finite");
 }
 
-// The loops of an instruction set, the best one for automatic.
+// The loops of an instruction set, or of the best one for automatic.
 template <class Loops>
 const Loops& loops_of(InstructionSet set, const Loops& scalar, const Loops& avx2, const Loops& avx512) {
   switch (set == InstructionSet::automatic ? best_instruction_set() : set) {
@@ -44,8 +43,8 @@ inline void require_available(InstructionSet set) {
   if (!is_available(set)) throw std::invalid_argument("this processor has no " + std::string(name_of(set)));
 }
 
-// The points twice, coordinates apart, times a power of two that brings the box's longest side into [1/2, 1):
-// exact (but for numbers 2^-126 of the box), and no square overflows or vanishes.
+// The points twice, coordinates apart, times a power of two that brings the box's longest side into [1/2, 1).
+// This is exact (except for numbers 2^-126 of the box), and no square overflows or vanishes.
 struct PairPoints {
   std::vector<float> x, y, z;
   std::size_t count = 0;
@@ -74,7 +73,7 @@ struct PairPoints {
     repeat();
   }
 
-  // To be called once, when all points are in.
+  // Call once, when all points are in.
   void repeat() {
     count = x.size();
     for (auto* coordinates : {&x, &y, &z}) {
@@ -89,16 +88,16 @@ struct PairPoints {
   }
 };
 
-// Rows per task: enough pairs to be worth a task, not so many tasks that their results need much
-// memory, and fewer than 2^31 pairs, which a counter holds. Depends on n only.
+// Rows per task: enough pairs to be worth a task, not so many tasks that their results need much memory, and
+// fewer than 2^31 pairs, which a counter holds. Depends on n only.
 inline std::size_t rows_per_task(std::size_t n) {
   const std::size_t offsets = std::max<std::size_t>(1, n / 2);
-  const std::size_t rows = std::max(task_pairs / offsets, n / most_tasks);
+  const std::size_t rows = std::max(task_pairs / offsets, n / max_tasks);
   return std::max<std::size_t>(1, std::min(rows, (std::size_t{1} << 31) / offsets));
 }
 
-// Calls body(loops, tile) for tiles that hold every pair of rows [begin, end) once; of single pairs with the
-// scalar loops. Throws what `cancel` throws, asked before every 64 rows.
+// Calls body(loops, tile) for tiles that hold every pair of rows [begin, end) once, for single pairs with the
+// scalar loops. Throws timeout / RunCancelled from `cancel`, checked before every 64 rows.
 template <class Loops, class Body>
 void for_each_tile(const PairPoints& points, const Loops& loops, const Loops& scalar, std::size_t begin,
                    std::size_t end, const CancelToken& cancel, const Body& body) {
@@ -123,7 +122,7 @@ std::vector<Result> results_of_tasks(std::size_t n, const TaskResult& task_resul
   return results;
 }
 
-// In working units; a sum of integers, the same for every order and number of threads.
+// The mean distance in working units; a sum of integers, the same for every order and number of threads.
 double mean_distance(const PairPoints& points, InstructionSet instructions, const CancelToken& cancel);
 
 }  // namespace meander

@@ -1,4 +1,4 @@
-// The inner loops of distance_histogram, one set per instruction set. Internal to kernels/describe.
+// The inner loops of distance_histogram for each instruction set. Internal to kernels/describe.
 //
 // Pairs are (i, i + s mod n): every row i has the same offsets s = 1 .. (n - 1) / 2, so that all vectors but
 // the last of a row are full; an even n has n / 2 pairs more, at offset n / 2. All sets do the same IEEE
@@ -8,13 +8,12 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <span>
 
 namespace meander {
 
-inline constexpr std::size_t pair_lanes = 16;  // coordinates are padded by so many
-inline constexpr std::size_t pair_offsets =
-    512;  // most offsets of a tile: 6 KB of points, and 32-bit sums hold
+inline constexpr std::size_t pair_lanes = 16;  // coordinates are padded to 16 lanes
+// The maximum number of offsets of a tile: its points stay in the cache, and 32-bit sums do not overflow.
+inline constexpr std::size_t pair_offsets = 512;
 inline constexpr float distance_unit = 0x1p23f;  // distances below 2 are summed as integers of this fraction
 
 // Rows [row_begin, row_end) x offsets [offset_begin, offset_end). Coordinates: points 0 .. n - 1 twice, then
@@ -25,14 +24,14 @@ struct PairTile {
   std::size_t offset_begin, offset_end;
 };
 
-// How many pairs of a tile fall in which bin. Up to 64 bins two pairs are counted by one increment, at (bin
-// of the one) + (bin of the other) x side, where side is a power of two; above, one pair each. Increments go
-// round the copies of the table, so that few wait for the one before. Vectors that are not full are filled up
-// with pads in bin 0; as the number of pairs is known, so is that of the pads.
-inline constexpr std::uint32_t most_joint_bins = 64;
+// Counts the pairs of a tile by bins. Up to 64 bins two pairs are counted by one increment, at (bin of the
+// one) + (bin of the other) x side, where side is a power of two; above, one pair each. Increments rotate
+// over the copies of the table, so that few wait for the one before. Vectors are padded with pairs in bin 0,
+// whose number follows from that of the pairs.
+inline constexpr std::uint32_t max_joint_bins = 64;
 struct PairCounter {
   float factor;             // bins per distance
-  float top;                // bins - 1/2: distances are cut there
+  float top;                // bins - 1/2, the cap on scaled distances
   unsigned side_bits;       // side = 2^side_bits; 0: not joint
   std::size_t copy_stride;  // entries of a copy
   std::uint32_t* table;     // pair_copies copies
@@ -52,8 +51,8 @@ inline void count_slots(const std::uint32_t* slots, std::size_t number, const Pa
 }
 
 struct PairLoops {
-  float (*largest)(const PairTile&);                   // of the squared distances
-  std::uint64_t (*sum)(const PairTile&);               // of the distances in units of 1 / distance_unit
+  float (*largest)(const PairTile&);                   // the largest squared distance
+  std::uint64_t (*sum)(const PairTile&);               // the sum of distances, each x distance_unit, rounded
   void (*count)(const PairTile&, const PairCounter&);  // adds to the table
 };
 extern const PairLoops scalar_pair_loops, avx2_pair_loops, avx512_pair_loops;

@@ -68,8 +68,8 @@ std::vector<IntrinsicSurface> intrinsic_components(const RemeshedSurface& mesh) 
   return surfaces;
 }
 
-// Every triangle cut in four at the middles of its edges; the geometry stays. Triangles 4 t + k have corner k
-// of t, 4 t + 3 is the middle one.
+// Cuts every triangle in four at the middles of its edges; the geometry stays. Triangles 4 t + k have corner
+// k of t, and 4 t + 3 is the middle one.
 IntrinsicSurface refined(const IntrinsicSurface& coarse) {
   IntrinsicSurface fine;
   fine.vertex_count = coarse.vertex_count;
@@ -79,7 +79,7 @@ IntrinsicSurface refined(const IntrinsicSurface& coarse) {
     const std::uint32_t other = coarse.opposite[h];
     middle[h] = other < h ? middle[other] : fine.vertex_count++;  // no_index is not below h
   }
-  // Halves of an edge: from its start to the middle, and on to its end.
+  // The halves of an edge: from its start to the middle, and from there to its end.
   const auto first_half = [](std::uint32_t h) { return 12 * (h / 3) + 3 * (h % 3); };
   const auto second_half = [](std::uint32_t h) { return 12 * (h / 3) + 3 * ((h + 1) % 3) + 2; };
   fine.triangles.resize(4 * std::size_t{half_edges});
@@ -95,7 +95,7 @@ IntrinsicSurface refined(const IntrinsicSurface& coarse) {
       fine.length[corner] = coarse.length[h] / 2;
       fine.length[corner + 1] = coarse.length[after] / 2;
       fine.length[corner + 2] = coarse.length[before] / 2;
-      // The middle triangle runs from the middle of edge k to that of the next.
+      // The middle triangle has an edge from the middle of edge k to that of the next.
       fine.triangles[inner] = middle[h];
       fine.length[inner] = coarse.length[before] / 2;
       const std::uint32_t across = 12 * t + 3 * ((k + 1) % 3) + 1;
@@ -117,11 +117,11 @@ std::vector<float> shape_dna(const PreparedMesh& mesh, const SurfaceSamplePlaces
   const ChosenSamples chosen = choose(mesh, samples);
   RemeshParameters parameters;
   parameters.lines.crease_angle = 180;
-  parameters.part_crossings = false;  // the spectrum is that of the surface, not of its place in space
+  parameters.part_crossings = false;  // the spectrum does not depend on the place in space
   const RemeshedSurface remeshed = remesh_surface(
       mesh, {chosen.triangle, chosen.weights, chosen.position, chosen.rank}, {}, parameters, cancel);
   const std::vector<float> missing(shape_dna_values, std::numeric_limits<float>::quiet_NaN());
-  if (remeshed.x.size() > shape_dna_most_vertices) return missing;
+  if (remeshed.x.size() > shape_dna_max_vertices) return missing;
   std::vector<IntrinsicSurface> components = intrinsic_components(remeshed);
   if (components.empty()) return missing;
   double area = 0;
@@ -132,7 +132,7 @@ std::vector<float> shape_dna(const PreparedMesh& mesh, const SurfaceSamplePlaces
     vertices += component.vertex_count;
     area += area_of(component);
   }
-  while (vertices < shape_dna_least_vertices) {
+  while (vertices < shape_dna_min_vertices) {
     cancel.check();
     vertices = 0;
     for (IntrinsicSurface& component : components) {

@@ -14,13 +14,13 @@ namespace meander {
 
 inline constexpr std::size_t shape_dna_values = 40;
 
-// Samples that the surface is remeshed by, and the fewest vertices that the remeshed one has: below that its
-// triangles are cut in four.
+// The number of samples for remeshing the surface, and the minimum number of vertices of the result:
+// triangles of smaller ones are cut in four.
 inline constexpr std::uint32_t shape_dna_samples = 1000;
-inline constexpr std::uint32_t shape_dna_least_vertices = 500;
-// Vertices beyond which no eigenvalues are looked for: topology can need any number of them (a plate with
-// 100,000 holes), and 10,000 take half a second.
-inline constexpr std::uint32_t shape_dna_most_vertices = 10000;
+inline constexpr std::uint32_t shape_dna_min_vertices = 500;
+// The maximum number of vertices for which eigenvalues are computed: topology can need any number of them (a
+// plate with 100,000 holes).
+inline constexpr std::uint32_t shape_dna_max_vertices = 10000;
 
 // N samples of a prepared mesh.
 struct SurfaceSamplePlaces {
@@ -30,15 +30,15 @@ struct SurfaceSamplePlaces {
 };
 
 // The first 40 positive eigenvalues of the Laplacian of the surface (joint_spectrum of its components), each
-// as sqrt(lambda_i area / (4 pi i)), i = 1 .. 40: its frequency over the one that the area lets expect (Weyl
-// 1911), about 1 for large i. They change with neither place, direction, handedness nor size of a model, nor
-// with the winding of its faces, and hardly when it is bent without stretching.
+// as sqrt(lambda_i area / (4 pi i)), i = 1 .. 40: its frequency over the one expected by the area (Weyl
+// 1911), about 1 for large i. They change with neither position, direction, handedness nor size of a model,
+// nor with the winding of its faces, and hardly when it is bent without stretching.
 //
 // The surface is remeshed first (remesh_surface, without creases), with shape_dna_samples of the samples as
 // vertices, evenly chosen along the curve, or all where there are fewer; components without samples are left
-// out. All values are NaN where the remeshed surface has more than shape_dna_most_vertices, or the
-// eigenvalues of a component cannot be found. Deterministic. About 1 us a triangle, and 20 ms. Throws what
-// remesh_surface throws, and ItemError(internal) when a matrix cannot be factorised.
+// out. All values are NaN where the remeshed surface has more than shape_dna_max_vertices, or the eigenvalues
+// of a component cannot be found. Deterministic. O(T) beside the remeshed surface. Throws as remesh_surface,
+// and ItemError(internal) when a matrix cannot be factorized.
 std::vector<float> shape_dna(const PreparedMesh& mesh, const SurfaceSamplePlaces& samples,
                              const CancelToken& cancel = {});
 

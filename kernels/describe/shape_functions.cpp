@@ -18,7 +18,7 @@ namespace {
 
 constexpr double mean_value_range = 3;  // range of the bins over the mean value
 
-// Four different numbers below n >= 4: the k-th is drawn from the n - k that are left.
+// Draws four different numbers below n >= 4: the k-th of the n - k that are left.
 std::array<std::size_t, 4> tuple_of(RandomKey key, std::size_t tuple, std::size_t n) {
   const PhiloxBlock words = random_words(key, Stream::shape_tuple, tuple);
   std::array<std::size_t, 4> drawn{}, sorted{};

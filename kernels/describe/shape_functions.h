@@ -31,13 +31,13 @@ struct ShapeHistogram {
   double range = 0;            // bins are equal parts of [0, range]: 3 x mean, and pi for A3
 };
 
-// points: 3 n coordinates, finite, n >= 4 (a row of /points). Values above the range count in the last bin;
-// all points in one spot give scale 0 and everything in bin 0. Tuple t is four different points, a pure
-// function of (key, t, n); A3 and D3 use its first three, so that the functions share them and more tuples
-// begin with the fewer. The angle at a point that coincides with another is 0. Cost: 50 (D3, D4) to 80 ns
-// (A3) a tuple, parallel in fixed blocks; deterministic for every thread count and processor. Throws
-// std::invalid_argument for too few points, numbers that are not finite and parameters out of range,
-// RunCancelled and ItemError(timeout) by `cancel`.
+// The histogram of a shape function. points: 3 n coordinates, finite, n >= 4 (a row of /points). Values above
+// the range count in the last bin; points that all coincide give scale 0 and everything in bin 0. Tuple t is
+// four different points, a pure function of (key, t, n); A3 and D3 use its first three, so the functions
+// share tuples, and a larger number of tuples begins with the smaller one. The angle at a point that
+// coincides with another is 0. O(n + tuples), parallel in fixed blocks; deterministic for every thread count
+// and processor. Throws std::invalid_argument for too few points, numbers that are not finite and parameters
+// out of range; RunCancelled and ItemError(timeout) from `cancel`.
 ShapeHistogram shape_function_histogram(std::span<const float> points, ShapeFunction function, RandomKey key,
                                         const ShapeFunctionParameters& parameters = {},
                                         const CancelToken& cancel = {});

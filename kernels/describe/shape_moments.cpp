@@ -15,7 +15,7 @@ namespace meander {
 
 namespace {
 
-// Whether the half-edges from u to v are as many as those from v to u, for all u and v.
+// Whether there are as many half-edges from u to v as from v to u, for all u and v.
 bool is_closed(std::span<const std::uint32_t> triangles) {
   std::vector<KeyIndex> edges, scratch;
   edges.reserve(triangles.size());
@@ -34,7 +34,7 @@ bool is_closed(std::span<const std::uint32_t> triangles) {
   return true;
 }
 
-// What is summed over triangles, with corners relative to the box centre in units of the box's diagonal.
+// The sums over triangles, with corners relative to the center of the box in units of the box's longest side.
 enum Integral : std::size_t { area, ax, ay, az, xx, yy, zz, xy, xz, yz, volume, vx, vy, vz, integrals };
 
 using Integrals = std::array<double, integrals>;
@@ -59,7 +59,7 @@ void add_triangle(Integrals& sum, Vector3 a, Vector3 b, Vector3 c) {
   sum[vz] += fourth * s.z;
 }
 
-// The sign that makes the largest component positive.
+// Chooses the sign that makes the largest component positive.
 Vector3 with_positive_lead(Vector3 v) {
   double lead = v.x;
   if (std::abs(v.y) > std::abs(lead)) lead = v.y;
@@ -85,8 +85,8 @@ ShapeMoments shape_moments(std::span<const double> x, std::span<const double> y,
     high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
   }
   moments.bbox = {low.x, low.y, low.z, high.x, high.y, high.z};
-  const Vector3 centre = 0.5 * low + 0.5 * high;
-  // The longest side first, so that no square leaves the range of double.
+  const Vector3 center = 0.5 * low + 0.5 * high;
+  // Division by the longest side keeps squares within the range of double.
   const double unit = std::max({high.x - low.x, high.y - low.y, high.z - low.z});
   if (!(unit > 0)) throw ItemError(Status::zero_area, "no area to take moments of");
 
@@ -94,7 +94,7 @@ ShapeMoments shape_moments(std::span<const double> x, std::span<const double> y,
   std::vector<Integrals> parts((count + sum_block - 1) / sum_block, Integrals{});
   parallel_blocks(count, sum_block, [&](std::size_t begin, std::size_t end) {
     const auto working = [&](std::size_t corner) {
-      const Vector3 p = position(corner) - centre;
+      const Vector3 p = position(corner) - center;
       return Vector3{p.x / unit, p.y / unit, p.z / unit};
     };
     for (std::size_t t = begin; t < end; ++t)
@@ -108,7 +108,7 @@ ShapeMoments shape_moments(std::span<const double> x, std::span<const double> y,
   const double square = unit * unit;
   moments.area = sum[area] * square;
   const Vector3 mean{sum[ax] / sum[area], sum[ay] / sum[area], sum[az] / sum[area]};
-  moments.centroid = centre + unit * mean;
+  moments.centroid = center + unit * mean;
   // Second moments about the centroid (parallel axes), then inertia: trace - moment.
   const double mxx = sum[xx] - sum[area] * mean.x * mean.x, myy = sum[yy] - sum[area] * mean.y * mean.y,
                mzz = sum[zz] - sum[area] * mean.z * mean.z, mxy = sum[xy] - sum[area] * mean.x * mean.y,
@@ -132,16 +132,16 @@ ShapeMoments shape_moments(std::span<const double> x, std::span<const double> y,
   moments.volume = moments.closed ? sum[volume] * square * unit : nan;
   moments.volume_centroid = {nan, nan, nan};
   if (moments.closed && sum[volume] != 0)
-    moments.volume_centroid = centre + (unit / sum[volume]) * Vector3{sum[vx], sum[vy], sum[vz]};
+    moments.volume_centroid = center + (unit / sum[volume]) * Vector3{sum[vx], sum[vy], sum[vz]};
   return moments;
 }
 
 std::array<double, shape_basics_count> shape_basics(const ShapeMoments& moments) {
   const Vector3 low{moments.bbox[0], moments.bbox[1], moments.bbox[2]};
   const Vector3 high{moments.bbox[3], moments.bbox[4], moments.bbox[5]};
-  const Vector3 sides = high - low, centre = 0.5 * low + 0.5 * high;
+  const Vector3 sides = high - low, center = 0.5 * low + 0.5 * high;
   const double d = norm(sides), size = moments.area / d / d;
-  const Vector3 offset = moments.centroid - centre, solid_offset = moments.volume_centroid - centre;
+  const Vector3 offset = moments.centroid - center, solid_offset = moments.volume_centroid - center;
   const double volume = moments.volume / d / d / d;
   std::array<double, 3> principal{};
   for (std::size_t k = 0; k < 3; ++k) principal[k] = moments.principal_moments[k] / moments.area / d / d;

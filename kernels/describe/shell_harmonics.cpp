@@ -11,11 +11,11 @@ namespace {
 
 constexpr double pi = std::numbers::pi;
 
-// The recurrence in l of the associated Legendre functions, normalised such that the harmonics are
+// The recurrence in l of the associated Legendre functions, normalized such that the harmonics are
 // orthonormal and divided by sin^m theta:
 //   P_mm constant,   P_lm = rise (z P_(l-1)m - fall P_(l-2)m).
-// The factor sin^m theta is in the sines and cosines of m phi, which so are polynomials of x and y and have
-// no singularity at the poles.
+// The sines and cosines of m phi carry the factor sin^m theta, so that they are polynomials of x and y and
+// have no singularity at the poles.
 class HarmonicRecurrence {
  public:
   explicit HarmonicRecurrence(std::uint32_t degree) : degree_(degree) {
@@ -59,7 +59,7 @@ class HarmonicRecurrence {
 
  private:
   std::uint32_t degree_;
-  std::vector<double> sectoral_, rise_, fall_;  // the last two by order, then degree
+  std::vector<double> sectoral_, rise_, fall_;  // rise_ and fall_ by order, then degree
 };
 
 Vector3 point_at(std::span<const float> points, std::size_t i) {
@@ -87,7 +87,7 @@ bool all_coincide(std::span<const float> points) {
   return true;
 }
 
-// Coefficients of all shells: harmonic_shells x count.
+// The coefficients of all shells: harmonic_shells x count.
 std::vector<double> shell_coefficients(std::span<const float> points, const Extent& extent,
                                        const HarmonicRecurrence& recurrence, const CancelToken& cancel) {
   const std::size_t n = points.size() / 3, count = recurrence.count();
@@ -127,7 +127,7 @@ std::vector<float> shell_harmonics(std::span<const float> points, const CancelTo
   if (!std::all_of(points.begin(), points.end(), [](float value) { return std::isfinite(value); }))
     throw std::invalid_argument("harmonics on shells: a coordinate is not finite");
   std::vector<float> norms(shell_harmonic_values);
-  // Not by the mean distance: the centroid of equal points is rounded.
+  // The mean distance does not decide this, because the centroid of equal points is rounded.
   if (all_coincide(points)) {
     norms[0] = 1;
     return norms;

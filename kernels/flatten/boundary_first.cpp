@@ -10,7 +10,8 @@ namespace meander {
 
 namespace {
 
-// The polygon with the given turning angles whose lengths are closest to `length` (weights 1 / length).
+// Lays out the polygon with the given turning angles whose lengths are closest to `length` (weights 1 /
+// length).
 void lay_out_boundary(const IntrinsicDisk& disk, std::span<const std::uint32_t> loop,
                       std::span<const double> turning, ConformalMap& map) {
   const std::size_t count = loop.size();
@@ -54,13 +55,13 @@ ConformalMap flatten_boundary_first(const IntrinsicDisk& disk, const CancelToken
   std::vector<std::uint8_t> on_boundary(count, 0);
   for (const std::uint32_t h : loop) on_boundary[disk.triangles[h]] = 1;
 
-  std::vector<double> curvature(count);  // angle defects, at the boundary turning angles
+  std::vector<double> curvature(count);  // angle defects; turning angles at the boundary
   for (std::uint32_t v = 0; v < count; ++v) curvature[v] = (on_boundary[v] ? 1 : 2) * std::numbers::pi;
   CornerGeometry corners = corner_geometry(disk.length);
   for (std::size_t h = 0; h < corners.angle.size(); ++h) curvature[disk.triangles[h]] -= corners.angle[h];
   corners.angle = std::vector<double>();
   const DirichletLaplacian laplacian(disk, std::move(corners.half_cotangent), on_boundary, cancel, budget);
-  if (!laplacian.factorised()) return map;
+  if (!laplacian.factorized()) return map;
   map.elimination = laplacian.elimination();
 
   std::vector<double> right(count);

@@ -24,19 +24,19 @@ inline UvTriangle uv_triangle(const FlatChart& chart, std::size_t triangle) {
   return result;
 }
 
-// Unsigned: a flipped triangle covers the plane as well as any other.
+// The unsigned area: a flipped triangle covers the plane as well as any other.
 inline double uv_area(const UvTriangle& t) {
   return 0.5 * std::abs((t.u[1] - t.u[0]) * (t.v[2] - t.v[0]) - (t.u[2] - t.u[0]) * (t.v[1] - t.v[0]));
 }
 
-// Sign of the turn, exact: 1 counter-clockwise, -1 clockwise, 0 without area.
+// The exact sign of the turn: 1 counter-clockwise, -1 clockwise, 0 without area.
 inline int orientation(const UvTriangle& t) {
   const double twice_area = orient2d(t.u[0], t.v[0], t.u[1], t.v[1], t.u[2], t.v[2]);
   return (twice_area > 0) - (twice_area < 0);
 }
 
-// Exact: false on the border, so that no point is strictly inside two triangles of a map that does not
-// overlap.
+// Whether a point is strictly inside, exactly: false on the border, so that no point is strictly inside two
+// triangles of a map that does not overlap.
 inline bool strictly_inside(const UvTriangle& t, double u, double v) {
   int positive = 0, negative = 0;
   for (std::size_t k = 0; k < 3; ++k) {

@@ -6,9 +6,9 @@
 #include <numbers>
 #include <utility>
 
-#include "kernels/core/parallel.h"
 #include "kernels/core/portable_angles.h"
 #include "kernels/flatten/orient2d.h"
+#include "kernels/mesh/half_edges.h"
 #include "kernels/solve/intrinsic_disk.h"
 
 namespace meander {
@@ -16,14 +16,14 @@ namespace meander {
 namespace {
 
 constexpr double thinnest = 1e-12;           // area / longest edge^2 of a triangle that counts
-constexpr double largest_distortion = 1e12;  // what a collapsed triangle is reported as
+constexpr double largest_distortion = 1e12;  // reported for collapsed triangles
 
 struct Uv {
   double u, v;
 };
 
-// Marks the cells whose centres lie in the triangle. Edges are evaluated from their lower end, so that
-// neighbours share every centre out exactly once.
+// Marks the cells whose centers lie in the triangle. Edges are evaluated from their lower end, so that every
+// center belongs to exactly one of neighboring triangles.
 class CoverageRaster {
  public:
   explicit CoverageRaster(std::size_t side) : side_(side), cells_(side * side, 0) {}
@@ -31,15 +31,15 @@ class CoverageRaster {
   void add(Uv a, Uv b, Uv c) {
     Uv p[3] = {scaled(a), scaled(b), scaled(c)};
     std::sort(p, p + 3, [](Uv x, Uv y) { return x.v < y.v || (x.v == y.v && x.u < y.u); });
-    const std::ptrdiff_t begin = first_centre(p[0].v), end = first_centre(p[2].v);
+    const std::ptrdiff_t begin = first_center(p[0].v), end = first_center(p[2].v);
     for (std::ptrdiff_t row = begin; row < end; ++row) {
-      const double centre = static_cast<double>(row) + 0.5;
-      double left = crossing(p[0], p[2], centre);
-      double right = centre < p[1].v ? crossing(p[0], p[1], centre) : crossing(p[1], p[2], centre);
+      const double center = static_cast<double>(row) + 0.5;
+      double left = crossing(p[0], p[2], center);
+      double right = center < p[1].v ? crossing(p[0], p[1], center) : crossing(p[1], p[2], center);
       if (left > right) std::swap(left, right);
       std::uint8_t* cells = cells_.data() + static_cast<std::size_t>(row) * side_;
-      const std::ptrdiff_t last = first_centre(right);
-      for (std::ptrdiff_t column = first_centre(left); column < last; ++column)
+      const std::ptrdiff_t last = first_center(right);
+      for (std::ptrdiff_t column = first_center(left); column < last; ++column)
         cells[column] = cells[column] == 0 ? 1 : 2;
     }
   }
@@ -55,8 +55,8 @@ class CoverageRaster {
 
  private:
   Uv scaled(Uv p) const { return {p.u * static_cast<double>(side_), p.v * static_cast<double>(side_)}; }
-  // The first cell whose centre is at or above x.
-  std::ptrdiff_t first_centre(double x) const {
+  // The first cell whose center is at or above x.
+  std::ptrdiff_t first_center(double x) const {
     return std::clamp(static_cast<std::ptrdiff_t>(std::ceil(x - 0.5)), std::ptrdiff_t{0},
                       static_cast<std::ptrdiff_t>(side_));
   }
@@ -85,7 +85,7 @@ std::vector<double> chart_edge_lengths(const MeasuredMesh& surface, const CutCha
   return length;
 }
 
-// Areas of space are those of the mesh, those of a metric follow from the lengths.
+// Areas in space are those of the mesh; areas in a metric follow from the lengths.
 ChartGeometry chart_geometry(const MeasuredMesh& surface, const CutChart& chart) {
   ChartGeometry geometry;
   const std::size_t count = chart.triangle_count();
@@ -173,11 +173,10 @@ MapScan scan_map(const ChartGeometry& geometry, std::span<const std::uint32_t> t
 }
 
 std::int64_t branch_points(const CutChart& chart, std::span<const double> u, std::span<const double> v) {
-  std::vector<std::uint8_t> on_boundary(chart.vertex_count(), 0);
-  for (std::uint32_t h = 0; h < chart.opposite.size(); ++h)
-    if (chart.opposite[h] == no_index) on_boundary[chart.triangles[h]] = 1;
+  const std::vector<std::uint8_t> on_boundary =
+      boundary_vertices(chart.triangles, chart.opposite, chart.vertex_count());
   const auto interior = std::count(on_boundary.begin(), on_boundary.end(), std::uint8_t{0});
-  // Signed angles of a triangle sum to +-pi, those round an interior vertex to 2 pi times its winding.
+  // Signed angles of a triangle sum to +-pi, those around an interior vertex to 2 pi times its winding.
   double total = 0;
   for (std::size_t t = 0; t < chart.triangle_count(); ++t) {
     const std::uint32_t* c = &chart.triangles[3 * t];

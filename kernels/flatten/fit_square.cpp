@@ -21,7 +21,7 @@ struct Point {
 
 double edge_length(double u, double v) { return std::sqrt(u * u + v * v); }
 
-// Drops points that cannot be on the hull: inside the quadrilateral of the extremes in four directions.
+// Drops points inside the quadrilateral of the extremes in four directions, which cannot be on the hull.
 std::vector<Point> hull_candidates(std::span<const double> u, std::span<const double> v) {
   std::size_t extreme[4] = {0, 0, 0, 0};
   for (std::size_t i = 0; i < u.size(); ++i) {
@@ -45,7 +45,7 @@ std::vector<Point> hull_candidates(std::span<const double> u, std::span<const do
   return kept;
 }
 
-// Counter-clockwise, without collinear points (Andrew 1979).
+// The hull counter-clockwise, without collinear points (Andrew 1979).
 std::vector<Point> convex_hull(std::vector<Point> points) {
   std::sort(points.begin(), points.end(),
             [](Point a, Point b) { return a.u < b.u || (a.u == b.u && a.v < b.v); });
@@ -126,11 +126,11 @@ double fit_square(std::span<double> u, std::span<double> v) {
   }
   const double extent = high_u - low_u;
   const double scale = extent > 0 ? (1 - 2 * margin) / extent : 1.0;
-  const double centre_u = 0.5 * (low_u + high_u), centre_v = 0.5 * (low_v + high_v);
+  const double center_u = 0.5 * (low_u + high_u), center_v = 0.5 * (low_v + high_v);
   for (std::size_t i = 0; i < u.size(); ++i) {
     const double along = u[i] * d.u + v[i] * d.v, across = v[i] * d.u - u[i] * d.v;
-    u[i] = std::clamp(0.5 + scale * (along - centre_u), 0.0, 1.0);
-    v[i] = std::clamp(0.5 + scale * (across - centre_v), 0.0, 1.0);
+    u[i] = std::clamp(0.5 + scale * (along - center_u), 0.0, 1.0);
+    v[i] = std::clamp(0.5 + scale * (across - center_v), 0.0, 1.0);
   }
   return scale;
 }

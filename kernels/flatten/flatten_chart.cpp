@@ -18,16 +18,15 @@ namespace meander {
 namespace {
 
 constexpr std::uint32_t seams_per_try = 4;  // protrusions that get a seam in one attempt
-constexpr std::uint32_t patience =
-    2;  // attempts with too little progress in distortion before the search ends
+constexpr std::uint32_t patience = 2;       // attempts with too little progress before the search ends
 
 // Units of WorkBudget for a triangle of a map: angles, weights and distortion, cut and opened edges.
 constexpr std::uint64_t work_per_triangle = 512;
-// A map of T triangles takes about T (linear_work + planar_work sqrt(T)), the second term for the factor of a
-// planar graph. A chart with all its seams comes to 17 maps, and what its repairs take.
+// A map of T triangles takes about T (linear_work + planar_work sqrt(T)), where the second term is the factor
+// of a planar graph. A chart with all its seams takes 17 maps and their repairs.
 constexpr double linear_work = 1024, planar_work = 2, maps_per_chart = 64;
 
-// The chart as the solvers see it, mollified.
+// The chart as the solvers need it, mollified.
 IntrinsicDisk intrinsic_disk(const MeasuredMesh& surface, const CutChart& cut) {
   IntrinsicDisk disk;
   disk.triangles = cut.triangles;
@@ -43,18 +42,18 @@ struct Try {
   std::vector<double> u, v;  // in the unit square
   std::vector<double> log_scale;
   std::vector<std::uint32_t> elimination;
-  double least_log_scale = 0;
+  double min_log_scale = 0;
   MapScan scan;
   std::uint32_t repaired = 0;
 };
 
-// The flips are bounded by themselves, so their work is taken afterwards.
+// The number of flips is bounded in itself, so their work is taken afterwards.
 void make_delaunay(IntrinsicDisk& disk, WorkBudget& budget, const CancelToken& cancel) {
   budget.spend(work_per_triangle * std::uint64_t{make_intrinsic_delaunay(disk, cancel)});
 }
 
-// Boundary first flattening of `disk`, a triangulation of the chart that is given back before the map is
-// scanned: memory is what limits how many models can be worked on at once.
+// Flattens `disk`, a triangulation of the chart, boundary first. The disk is freed before the map is scanned:
+// memory limits how many models can be worked on at once.
 Try try_conformal(const MeasuredMesh& surface, const CutChart& cut, IntrinsicDisk disk, WorkBudget& budget,
                   const CancelToken& cancel) {
   Try attempt;
@@ -68,12 +67,12 @@ Try try_conformal(const MeasuredMesh& surface, const CutChart& cut, IntrinsicDis
   attempt.u = std::move(map.u);
   attempt.v = std::move(map.v);
   fit_square(attempt.u, attempt.v);
-  for (const double s : attempt.log_scale) attempt.least_log_scale = std::min(attempt.least_log_scale, s);
+  for (const double s : attempt.log_scale) attempt.min_log_scale = std::min(attempt.min_log_scale, s);
   attempt.scan = scan_map(chart_geometry(surface, cut), cut.triangles, attempt.u, attempt.v);
   return attempt;
 }
 
-// The first attempts on a cut. In a metric most triangulations are far from Delaunay, so the intrinsic
+// Makes the first attempt on a cut. In a metric most triangulations are far from Delaunay, so the intrinsic
 // Delaunay triangulation is used at once.
 Try try_cut(const MeasuredMesh& surface, const CutChart& cut, std::span<const std::uint32_t> elimination,
             WorkBudget& budget, const CancelToken& cancel) {
@@ -87,20 +86,20 @@ bool is_sound(const CutChart& cut, const Try& attempt) {
   return attempt.finite && attempt.scan.flips == 0 && branch_points(cut, attempt.u, attempt.v) == 0;
 }
 
-// The tip of every connected region below the threshold, smallest scale first: one per protrusion.
+// The tip of every connected region below the threshold, smallest scale first: one for each protrusion.
 std::vector<std::uint32_t> shrunken_tips(const CutChart& cut, std::span<const double> log_scale,
                                          double threshold) {
-  std::vector<std::vector<std::uint32_t>> neighbours;
+  std::vector<std::vector<std::uint32_t>> neighbors;
   std::vector<std::uint32_t> region(cut.vertex_count(), no_index), number(cut.vertex_count(), no_index), low;
   for (std::uint32_t w = 0; w < log_scale.size(); ++w)
     if (log_scale[w] < threshold) {
       number[w] = static_cast<std::uint32_t>(low.size());
       low.push_back(w);
     }
-  neighbours.resize(low.size());
+  neighbors.resize(low.size());
   for (std::uint32_t h = 0; h < cut.triangles.size(); ++h) {
     const std::uint32_t a = number[cut.triangles[h]], b = number[cut.triangles[next_half_edge(h)]];
-    if (a != no_index && b != no_index) neighbours[a].push_back(b);
+    if (a != no_index && b != no_index) neighbors[a].push_back(b);
   }
   std::vector<std::uint32_t> tips, stack;
   std::vector<std::uint8_t> seen(low.size(), 0);
@@ -113,7 +112,7 @@ std::vector<std::uint32_t> shrunken_tips(const CutChart& cut, std::span<const do
       const std::uint32_t i = stack.back();
       stack.pop_back();
       if (log_scale[low[i]] < log_scale[low[tip]]) tip = i;
-      for (const std::uint32_t j : neighbours[i]) {
+      for (const std::uint32_t j : neighbors[i]) {
         if (seen[j]) continue;
         seen[j] = 1;
         stack.push_back(j);
@@ -127,11 +126,12 @@ std::vector<std::uint32_t> shrunken_tips(const CutChart& cut, std::span<const do
   return tips;
 }
 
-// Adds seams for the next attempt; 0 when there is nowhere left to cut.
+// Adds up to max_seams for the next attempt and returns their number, 0 when there is nowhere left to cut.
 std::uint32_t add_seams(const MeasuredMesh& surface, CutChart& cut, const Try& attempt,
-                        const FlattenParameters& parameters, std::uint32_t most, const CancelToken& cancel) {
+                        const FlattenParameters& parameters, std::uint32_t max_seams,
+                        const CancelToken& cancel) {
   std::vector<std::uint32_t> tips;
-  if (attempt.least_log_scale < parameters.min_log_scale) {
+  if (attempt.min_log_scale < parameters.min_log_scale) {
     tips = shrunken_tips(cut, attempt.log_scale, parameters.min_log_scale);
   } else {
     const auto at = std::min_element(attempt.log_scale.begin(), attempt.log_scale.end());
@@ -139,18 +139,18 @@ std::uint32_t add_seams(const MeasuredMesh& surface, CutChart& cut, const Try& a
   }
   std::uint32_t added = 0;
   for (const std::uint32_t tip : tips) {
-    if (added >= std::min(most, seams_per_try)) break;
+    if (added >= std::min(max_seams, seams_per_try)) break;
     if (add_seam(surface, cut, tip, cancel)) ++added;
   }
   return added;
 }
 
 bool shrunk(const Try& attempt, const FlattenParameters& parameters) {
-  return attempt.least_log_scale < parameters.min_log_scale;
+  return attempt.min_log_scale < parameters.min_log_scale;
 }
 
 bool better(const Try& a, const Try& b, const FlattenParameters& parameters) {
-  if (shrunk(b, parameters)) return a.least_log_scale > b.least_log_scale;
+  if (shrunk(b, parameters)) return a.min_log_scale > b.min_log_scale;
   return !shrunk(a, parameters) && a.scan.capped_distortion < b.scan.capped_distortion;
 }
 
@@ -161,11 +161,11 @@ struct MappedCut {
   std::uint32_t extra_seams = 0;
 };
 
-// Conformal attempts on cuts with more and more seams, as long as they help; the best of them.
+// Makes conformal attempts on cuts with more and more seams, as long as they help; returns the best.
 MappedCut best_conformal(const MeasuredMesh& surface, CutChart cut, const FlattenParameters& parameters,
                          WorkBudget& budget, const CancelToken& cancel) {
   Try last = try_cut(surface, cut, {}, budget, cancel);
-  // Seams only take vertices out of the interior: one order of elimination serves all attempts.
+  // Seams only take vertices out of the interior, so one order of elimination serves all attempts.
   const std::vector<std::uint32_t> elimination = std::move(last.elimination);
   MappedCut best{cut, last, 0};
   std::uint32_t extra = 0, waited = 0;
@@ -179,7 +179,7 @@ MappedCut best_conformal(const MeasuredMesh& surface, CutChart cut, const Flatte
     last.u = last.v = std::vector<double>();
     Try attempt = try_cut(surface, cut, elimination, budget, cancel);
     if (!attempt.finite) break;
-    // Seams that bring less than half of their share of the improvement needed are counted; after two the
+    // Attempts that bring less than half of their share of the improvement needed are counted; after two the
     // search ends.
     const double wanted = (last.scan.capped_distortion - parameters.max_mean_distortion) /
                           static_cast<double>(parameters.max_extra_seams - extra + 1);
@@ -191,14 +191,14 @@ MappedCut best_conformal(const MeasuredMesh& surface, CutChart cut, const Flatte
   return best;
 }
 
-// What is wrong with a map that is not sound.
+// The defect of a map that is not sound.
 OrderReason fault_of(const Try& attempt) {
   if (!attempt.finite) return OrderReason::not_finite;
   return attempt.scan.flips > 0 ? OrderReason::flipped : OrderReason::winding;
 }
 
-// Whether no more is wrong with a map than may be: the share of bad triangles, by number and by area.
-// Collapsed ones, whose distortion is that of the whole map, are none of those.
+// Whether the share of bad triangles, by number and by area, is within the limit. Maps with collapsed
+// triangles, which raise the distortion of the whole map, are not tolerable.
 bool is_tolerable(const Try& attempt, const ChartGeometry& geometry, double share) {
   constexpr double largest_part = 1.01;
   if (!attempt.finite || !(share > 0)) return false;
@@ -214,8 +214,8 @@ struct MapKind {
   OrderReason reason = OrderReason::as_asked;
 };
 
-// A map with bad triangles: they are repaired in place; when that is not enough the intrinsic Delaunay
-// triangulation is tried, and last the mean-value map to the circle. `best` becomes the best of them.
+// Repairs a map with bad triangles in place; when that is not enough tries the intrinsic Delaunay
+// triangulation, and last the mean-value map to the circle. `best` becomes the best of them.
 MapKind repair_map(const MeasuredMesh& surface, const CutChart& cut, const ChartGeometry& geometry,
                    const FlattenParameters& parameters, Try& best, WorkBudget& budget,
                    const CancelToken& cancel) {

@@ -18,20 +18,20 @@ constexpr std::size_t dense_limit = 48;
 // tan(a / 2) of the angle a at the origin of half-edge h: 4 A / ((b + c)^2 - d^2), d the opposite edge.
 double half_angle_tangent(const IntrinsicDisk& disk, std::uint32_t h) {
   const double b = disk.length[h], c = disk.length[previous_half_edge(h)], d = disk.length[next_half_edge(h)];
-  // An angle near pi would tie the vertex to the line between two neighbours and collapse adjacent triangles.
+  // An angle near pi would tie the vertex to the line between two neighbors and collapse adjacent triangles.
   constexpr double widest = 6.3137515146750430;  // tan(0.45 pi)
   const double area4 = 4 * area_from_lengths(b, c, d), rest = ((b + c) - d) * ((b + c) + d);
   return area4 < widest * rest ? area4 / rest : widest;
 }
 
-// The equations of the free vertices, rows scaled to a unit diagonal, and their right-hand sides.
+// The equations of the free vertices, with rows scaled to a unit diagonal, and their right-hand sides.
 struct System {
   GraphMatrix matrix;
   std::vector<double> right_u, right_v;
 };
 
-// `number` maps vertices to rows, no_index for fixed ones. The vertices are interior, so each is a neighbour
-// of its neighbours: the pattern is symmetric.
+// `number` maps vertices to rows, fixed ones to no_index. The vertices are interior, so each is a neighbor of
+// its neighbors: the pattern is symmetric.
 template <class Number>
 System assemble(const IntrinsicDisk& disk, std::span<const std::uint32_t> leaving,
                 std::span<const std::uint32_t> free_vertices, const Number& number, std::span<const double> u,
@@ -42,8 +42,8 @@ System assemble(const IntrinsicDisk& disk, std::span<const std::uint32_t> leavin
   system.right_v.assign(count, 0);
   system.matrix.diagonal.assign(count, 1);
   system.matrix.graph.begin.assign(1, 0);
-  std::vector<std::uint32_t>& neighbours = system.matrix.graph.neighbours;
-  neighbours.reserve(6 * count);
+  std::vector<std::uint32_t>& neighbors = system.matrix.graph.neighbors;
+  neighbors.reserve(6 * count);
   system.matrix.values.reserve(6 * count);
   std::vector<double> weights;
   for (std::size_t i = 0; i < count; ++i) {
@@ -65,18 +65,18 @@ System assemble(const IntrinsicDisk& disk, std::span<const std::uint32_t> leavin
         system.right_u[i] += share * u[other];
         system.right_v[i] += share * v[other];
       } else {
-        neighbours.push_back(column);
+        neighbors.push_back(column);
         system.matrix.values.push_back(-share);
       }
       h = next_outgoing(disk, h);
     }
-    system.matrix.graph.begin.push_back(static_cast<std::uint32_t>(neighbours.size()));
+    system.matrix.graph.begin.push_back(static_cast<std::uint32_t>(neighbors.size()));
   }
   return system;
 }
 
-// The solution replaces the right-hand sides. A small system is solved densely, which is faster: both columns
-// of the right-hand side stand behind the matrix as unknowns of their own, with a row each that is not read.
+// Replaces the right-hand sides by the solution. A small system is solved densely, which is faster: both
+// right-hand sides stand behind the matrix as unknowns of their own, with rows that are not read.
 bool solve_dense(System& system) {
   const std::size_t n = system.right_u.size(), rows = n + 2;
   std::vector<double> front(rows * rows);
@@ -84,7 +84,7 @@ bool solve_dense(System& system) {
   for (std::size_t i = 0; i < n; ++i) {
     front[i * rows + i] = system.matrix.diagonal[i];
     for (std::uint32_t e = graph.begin[i]; e < graph.begin[i + 1]; ++e)
-      front[graph.neighbours[e] * rows + i] += system.matrix.values[e];
+      front[graph.neighbors[e] * rows + i] += system.matrix.values[e];
   }
   std::ranges::copy(system.right_u, front.data() + n * rows);
   std::ranges::copy(system.right_v, front.data() + (n + 1) * rows);
@@ -104,17 +104,17 @@ bool solve_dense(System& system) {
 bool solve_sparse(System& system, const CancelToken& cancel, WorkBudget* budget) {
   const std::vector<std::uint32_t> order = elimination_order(system.matrix.graph);
   SparseLu lu;
-  if (!lu.factorise(std::move(system.matrix), order, cancel, budget)) return false;
+  if (!lu.factorize(std::move(system.matrix), order, cancel, budget)) return false;
   lu.solve(system.right_u, system.right_v);
   return true;
 }
 
-// Everything but a sparse factorisation of that many unknowns.
+// The work of all steps but the sparse factorization.
 std::uint64_t work_of(std::uint64_t unknowns) {
   return work_per_unknown * unknowns + (unknowns <= dense_limit ? unknowns * unknowns * unknowns / 3 : 0);
 }
 
-// Moves the free vertices to the solution; false, nothing moved, when there is none.
+// Moves the free vertices to the solution; returns false, with nothing moved, when there is none.
 bool solve(System system, std::span<const std::uint32_t> free_vertices, std::span<double> u,
            std::span<double> v, const CancelToken& cancel, WorkBudget* budget) {
   const bool small = free_vertices.size() <= dense_limit;
@@ -174,16 +174,16 @@ bool flatten_to_circle(const IntrinsicDisk& disk, std::vector<double>& u, std::v
   double total = 0;
   for (const std::uint32_t h : loop) total += disk.length[h];
   // No edge gets less than a tenth of the mean: corners of the polygon stay apart in double.
-  const double least = 0.1 * total / static_cast<double>(loop.size());
+  const double min_length = 0.1 * total / static_cast<double>(loop.size());
   double spread = 0, along = 0;
-  for (const std::uint32_t h : loop) spread += std::max(least, disk.length[h]);
+  for (const std::uint32_t h : loop) spread += std::max(min_length, disk.length[h]);
   std::vector<std::uint32_t> number(disk.vertex_count, 0), free_vertices;
   for (const std::uint32_t h : loop) {
     const std::uint32_t vertex = disk.triangles[h];
     const Direction at = direction_of(2 * std::numbers::pi * along / spread);
     u[vertex] = at.cosine;
     v[vertex] = at.sine;
-    along += std::max(least, disk.length[h]);
+    along += std::max(min_length, disk.length[h]);
     number[vertex] = no_index;
   }
   for (std::uint32_t w = 0; w < disk.vertex_count; ++w) {

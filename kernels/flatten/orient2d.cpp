@@ -10,7 +10,7 @@ namespace meander {
 
 namespace {
 
-// A sum of doubles that do not overlap, smallest first; adding one more keeps it exact (grow-expansion).
+// A sum of doubles that do not overlap, smallest first; adding another keeps it exact (grow-expansion).
 class Expansion {
  public:
   void add(double value) {
@@ -29,7 +29,7 @@ class Expansion {
     add(product.low);
     add(product.high);
   }
-  // The largest term outweighs all others together.
+  // The last term is the largest, and outweighs all others together.
   double estimate() const { return count_ == 0 ? 0.0 : terms_[count_ - 1]; }
 
  private:

@@ -5,7 +5,6 @@
 
 #include "kernels/flatten/chart_report.h"
 #include "kernels/flatten/mean_value.h"
-#include "kernels/flatten/orient2d.h"
 
 namespace meander {
 
@@ -15,7 +14,7 @@ constexpr int largest_patch = 6;  // rings
 constexpr int rounds = 3;         // patches may overlap: repeat after all were solved
 constexpr std::size_t too_many = 4096;
 
-// Units of WorkBudget, each time that a triangle is visited or judged.
+// Units of WorkBudget for each visit of a triangle and each judgment of it.
 constexpr std::uint64_t work_per_scanned_triangle = 64;
 
 class Patcher {
@@ -33,12 +32,12 @@ class Patcher {
 
   bool bad(std::uint32_t t) const { return is_bad_triangle(geometry_, disk_.triangles, u_, v_, t); }
 
-  // Repairs the cluster that triangle t belongs to, as far as the budget goes.
+  // Repairs the cluster of triangle t as far as the budget goes.
   void mend(std::uint32_t t) {
     std::vector<std::uint32_t> vertices = cluster_vertices(t);
     ++stamp_;
     for (const std::uint32_t w : vertices) vertex_mark_[w] = stamp_;
-    std::size_t most_mended = 0;
+    std::size_t max_mended = 0;
     std::vector<std::uint32_t> best_free;
     std::vector<double> best_uv;
     for (int ring = 0; ring <= largest_patch; ++ring) {
@@ -58,8 +57,8 @@ class Patcher {
         mark_moved(touched);
         return;
       }
-      if (after < before && before - after > most_mended) {
-        most_mended = before - after;
+      if (after < before && before - after > max_mended) {
+        max_mended = before - after;
         best_free = free;
         best_uv = positions(free);
       }
@@ -88,7 +87,7 @@ class Patcher {
     } while (h != first && h != no_index);
   }
 
-  // Vertices of all bad triangles connected to t through shared vertices.
+  // The vertices of all bad triangles connected to t through shared vertices.
   std::vector<std::uint32_t> cluster_vertices(std::uint32_t t) {
     ++stamp_;
     std::vector<std::uint32_t> vertices;

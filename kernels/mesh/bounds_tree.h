@@ -1,4 +1,4 @@
-// Items in space sorted along the 3-D Hilbert curve, with bounding boxes over runs of them.
+// Items in space sorted along the 3-D Hilbert curve, with a tree of bounding boxes over runs of them.
 #pragma once
 
 #include <algorithm>
@@ -11,7 +11,7 @@
 namespace meander {
 
 // n items along the curve: position p holds item order[p]. Level 0 has one node per `leaf` positions, each
-// higher level one node per `fan` nodes below; a node is six doubles, the centre and the half-extent of the
+// higher level one node per `fan` nodes below; a node is six doubles, the center and the half-extent of the
 // axis-parallel box around its items.
 struct BoundsTree {
   static constexpr std::size_t leaf = 16;
@@ -22,18 +22,18 @@ struct BoundsTree {
   std::size_t count() const { return order.size(); }
 };
 
-// low, high: 3 n corners of the items' own boxes (the same span twice for points); finite, n < 2^32.
-// O(n log n). Deterministic.
+// Builds the tree. low, high: 3 n corners of the items' own boxes (the same span twice for points); finite, n
+// < 2^32. O(n log n). Deterministic.
 BoundsTree build_bounds_tree(std::span<const double> low, std::span<const double> high);
 
-// Calls visit(item) for the items of all leaves whose box meets the box from low to high, some of which lie
-// outside it, until it returns false. low, high: three numbers each. False where it was stopped. O(log n +
-// what it visits).
+// Calls visit(item) for the items of all leaves whose box meets the box from low to high, until it returns
+// false; some of these items lie outside of the box. low, high: three numbers each. Returns false when it was
+// stopped. O(log n + visited items).
 template <class Visit>
 bool visit_near(const BoundsTree& tree, const double* low, const double* high, const Visit& visit,
                 std::size_t level, std::size_t node) {
   const double* of = tree.levels[level].data() + 6 * node;
-  // The node's centre and half-extent are rounded.
+  // The center and half-extent of the node are rounded.
   for (std::size_t k = 0; k < 3; ++k) {
     const double reach = of[3 + k] + 1e-15 * (std::abs(of[k]) + of[3 + k]);
     if (of[k] - reach > high[k] || of[k] + reach < low[k]) return true;

@@ -8,7 +8,7 @@
 namespace meander {
 
 // p = centre + unit * w with every coordinate of w in [-1, 1]. unit is a power of two, more than half of the
-// longest side of the box and at most the whole side, down to the least positive double.
+// longest side of the box and at most the whole side, down to the smallest positive double.
 struct BoxFrame {
   Vector3 centre;
   double unit = 1;
@@ -16,7 +16,7 @@ struct BoxFrame {
 };
 
 // box: min x, y, z, max x, y, z. Throws ItemError: zero_area for a single point; non_finite where the
-// diagonal is more than double holds.
+// diagonal overflows double.
 BoxFrame box_frame(const std::array<double, 6>& box);
 
 }  // namespace meander

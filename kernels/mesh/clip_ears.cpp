@@ -26,8 +26,8 @@ struct PlaneBox {
     low = {std::min(low.x, q.x), std::min(low.y, q.y)};
     high = {std::max(high.x, q.x), std::max(high.y, q.y)};
   }
-  // Whether a point of the box may lie on the left of an edge. Rounding is monotone, so that no point of the
-  // box has a larger turn than the corner that is farthest to the left.
+  // Whether a point of the box may lie on the left of an edge. Rounding is monotone, so no point of the box
+  // has a larger turn than the corner that is farthest to the left.
   bool reaches_left_of(PlanePoint a, PlanePoint b) const {
     return turn(a, b, {b.y - a.y > 0 ? low.x : high.x, b.x - a.x > 0 ? high.y : low.y}) >= 0;
   }
@@ -36,7 +36,7 @@ struct PlaneBox {
   }
 };
 
-// The corners of a polygon in a balanced tree of boxes, which know how many of theirs are held.
+// The corners of a polygon in a balanced tree of boxes, whose nodes count their held corners.
 class CornerTree {
  public:
   explicit CornerTree(std::span<const PlanePoint> points)
@@ -51,10 +51,12 @@ class CornerTree {
   void hold(std::uint32_t corner) { count(corner, 1); }
   void drop(std::uint32_t corner) { count(corner, -1); }
 
-  // A corner for which `is_blocking`, which is said of held corners in the triangle alone; or none.
+  // Finds a corner for which is_blocking(corner), or none. It is asked of held corners in leaves near the
+  // triangle only.
   template <class IsBlocking>
   std::uint32_t find(const PlaneTriangle& triangle, const IsBlocking& is_blocking) const {
-    std::array<std::size_t, 2 * std::numeric_limits<std::size_t>::digits> waiting;  // one a level, and two
+    // Enough for one node a level, and two.
+    std::array<std::size_t, 2 * std::numeric_limits<std::size_t>::digits> waiting;
     std::size_t count = 0;
     waiting[count++] = 1;
     while (count > 0) {
@@ -80,7 +82,7 @@ class CornerTree {
     return {i * order_.size() / leaves_, (i + 1) * order_.size() / leaves_};
   }
 
-  // The node of the corners from `first` to `last` of the leaves below it.
+  // Builds the node over the corners from `first` to `last`.
   void build(std::size_t node, std::size_t first, std::size_t last) {
     if (node >= leaves_) {
       for (std::size_t i = first; i < last; ++i) {
@@ -112,12 +114,12 @@ class CornerTree {
 
   std::span<const PlanePoint> points_;
   std::vector<std::uint32_t> order_, leaf_;
-  std::size_t leaves_ = 1;  // node i has the halves 2 i and 2 i + 1, the leaves come last
+  std::size_t leaves_ = 1;  // node i has the halves 2 i and 2 i + 1; the leaves come last
   std::vector<PlaneBox> box_;
   std::vector<std::uint32_t> held_;
 };
 
-// A set of numbers below a bound, in words with a bit each, and words with a bit for each word of those.
+// A set of numbers below a bound: words with a bit a number, and above them words with a bit for each word.
 class NumberSet {
  public:
   explicit NumberSet(std::size_t bound) {
@@ -139,7 +141,7 @@ class NumberSet {
       number /= 64;
     }
   }
-  // The least one that is not below `number`, or none.
+  // The smallest member that is at least `number`, or none.
   std::uint32_t next(std::size_t number) const {
     for (std::size_t k = 0; k < level_.size() && number / 64 < level_[k].size(); ++k) {
       const std::uint64_t word = level_[k][number / 64] >> number % 64;
@@ -179,7 +181,7 @@ class EarClipper {
     std::uint32_t at = 0, first = 0;
     for (std::uint32_t tests = 1; left > 3; ++tests) {
       if (tests % 256 == 0) cancel.check();
-      // Corners between that are no candidates are known to be no ears.
+      // Corners in between that are not candidates are known not to be ears.
       std::uint32_t i = candidates_.next(at);
       if (i == none) i = candidates_.next(0);
       if (i == none) break;
@@ -200,10 +202,11 @@ class EarClipper {
   }
 
  private:
-  // With fewer all of them are looked at.
+  // Polygons with fewer corners are searched one by one.
   static constexpr std::size_t few_corners = 32;
 
-  // In lists by index. A corner that is no ear waits for the reflex corner in its triangle to go.
+  // Corners are in linked lists by index. A corner that is not an ear waits for the reflex corner in its
+  // triangle to go.
   struct Corner {
     std::uint32_t before, after;
     std::uint32_t first_waiting = none, next_waiting = none, previous_waiting = none, waits_for = none;
@@ -240,7 +243,7 @@ class EarClipper {
     corner_[reflex].first_waiting = i;
   }
 
-  // A left turn whose triangle holds no reflex corner of the rest.
+  // An ear is a left turn whose triangle holds no other reflex corner.
   bool is_ear(std::uint32_t i) {
     if (corner_[i].is_reflex) return false;
     const PlaneTriangle triangle{points_[corner_[i].before], points_[i], points_[corner_[i].after]};
@@ -265,9 +268,9 @@ class EarClipper {
     const auto [before, after] = std::pair(corner_[i].before, corner_[i].after);
     corner_[before].after = after;
     corner_[after].before = before;
-    for (const std::uint32_t neighbour : {before, after}) {
-      test_again(neighbour);
-      set_reflex(neighbour, !turns_left(neighbour));
+    for (const std::uint32_t neighbor : {before, after}) {
+      test_again(neighbor);
+      set_reflex(neighbor, !turns_left(neighbor));
     }
   }
 

@@ -1,8 +1,6 @@
-// Ear clipping of one polygon in the plane, and the search for the corners that keep a corner from being an
-// ear.
+// Ear clipping of one polygon in the plane.
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -20,14 +18,15 @@ inline double turn(PlanePoint a, PlanePoint b, PlanePoint c) {
   return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
 }
 
-// Splits the polygon, counter-clockwise and with K >= 3 corners, into K - 2 triangles, which are appended.
-// Corners are tested in turn, the one behind a clipped one is passed over: that makes fewer slivers than a
-// fan. Where no ear is left, as the polygon crosses itself, what remains is fanned from its first corner.
-// Pure. Cost: each test looks for a reflex corner in a triangle, in a tree of about O(sqrt K) steps from 33
-// corners on, and is not repeated before the reflex corner that it found is gone: 3 to 20 us a corner
-// for outlines of 10^5. Adversarial polygons, whose corners all wait for one reflex corner after the
-// other, take O(K^2) tests; the token is checked every 256. Throws what it throws. Eberly 2002,
-// "Triangulation by ear clipping".
+// Splits a counter-clockwise polygon of K >= 3 corners into K - 2 triangles, which are appended. Corners are
+// tested in turn, and the corner behind a clipped one is passed over: that makes fewer slivers than a fan.
+// Where no ear is left, because the polygon crosses itself, the rest is fanned from its first corner. Pure.
+// Throws timeout / RunCancelled from `cancel`, checked every 256 tests. Eberly 2002, "Triangulation by ear
+// clipping".
+//
+// Cost: each test looks for a reflex corner in a triangle, from 33 corners on in a tree of about O(sqrt K)
+// steps, and is not repeated before the reflex corner that it found is gone. Adversarial polygons, whose
+// corners all wait for one reflex corner after the other, take O(K^2) tests.
 void clip_ears(std::span<const PlanePoint> polygon, std::vector<std::uint32_t>& triangles,
                const CancelToken& cancel = {});
 

@@ -12,46 +12,54 @@ namespace meander {
 
 namespace {
 
-constexpr double worthwhile = 1.5;             // fine triangles to a coarse one, else the component is copied
-constexpr std::uint32_t most_neighbours = 24;  // of a vertex that is removed
-constexpr std::uint32_t widest_star = 64;      // of the vertex that it is moved to
-constexpr std::uint32_t fewest_left = 16;      // triangles: below, a closed surface may fold onto itself
-constexpr std::uint32_t most_rounds = 64;      // each removes a 32nd of the vertices or is the last
-constexpr double thinnest = 0.25;              // height over longest edge that new triangles keep, and where
-constexpr double thinnest_to_halve = 0.06;     // that leaves a round too few vertices to remove, is halved
-constexpr double largest_turn = 0.5;           // cosine of the largest angle between old and new normals
-// The mean weight of the vertices that are left over the largest that is allowed, measured.
+// A component with fewer fine triangles to a coarse one is copied.
+constexpr double worthwhile = 1.5;
+// Neighbors of a vertex that is removed.
+constexpr std::uint32_t max_neighbors = 24;
+// Neighbors of the vertex that it is moved to.
+constexpr std::uint32_t max_star = 64;
+// With fewer triangles, a closed surface may fold onto itself.
+constexpr std::uint32_t min_left = 16;
+// Each round removes a 32nd of the vertices or is the last.
+constexpr std::uint32_t max_rounds = 64;
+// The height over longest edge that new triangles keep. It is halved down to the second bound where it leaves
+// a round too few vertices to remove.
+constexpr double thinnest = 0.25;
+constexpr double thinnest_to_halve = 0.06;
+// The cosine of the largest angle between old and new normals.
+constexpr double largest_turn = 0.5;
+// The mean weight of the vertices that are left over the maximum weight, measured.
 constexpr double filling = 0.7;
-// Coarse triangles that are looked at for the one under a fine one.
+// Coarse triangles that are tried for the one under a fine triangle.
 constexpr int longest_walk = 8;
 
-using NeighbourIndex = std::uint32_t;
+using NeighborIndex = std::uint32_t;
 template <class Value>
-using ByNeighbour = std::array<Value, most_neighbours + 2>;
+using ByNeighbor = std::array<Value, max_neighbors + 2>;
 
-// The neighbourhood of a vertex v, counter-clockwise: edge[i] is the half-edge from v to ring[i], triangle i
-// lies between ring[i] and the next. On the boundary there is one triangle less than neighbours. Inside, the
-// places of the ring end with that of ring[0] again.
+// The neighborhood of a vertex v, counter-clockwise: edge[i] is the half-edge from v to ring[i], and triangle
+// i lies between ring[i] and the next. On the boundary there is one triangle less than neighbors. Inside, the
+// coordinates of the ring end with those of ring[0] again.
 struct Star {
   std::uint32_t vertex = no_index;
   bool inside = false;
-  NeighbourIndex neighbours = 0, triangles = 0;
-  ByNeighbour<std::uint32_t> edge, ring;
-  ByNeighbour<double> x, y, z;                       // of the ring, relative to v
-  ByNeighbour<double> squared_length;                // of the edges
-  ByNeighbour<double> squared_far;                   // of the side of a triangle that lies across v
-  ByNeighbour<double> normal_x, normal_y, normal_z;  // of the triangles, twice as long as their area
-  ByNeighbour<double> squared_normal;
-  ByNeighbour<double> shape;  // (height / longest edge)^2 that a triangle has to keep
+  NeighborIndex neighbors = 0, triangles = 0;
+  ByNeighbor<std::uint32_t> edge, ring;
+  ByNeighbor<double> x, y, z;                       // of the ring, relative to v
+  ByNeighbor<double> squared_length;                // of the edges
+  ByNeighbor<double> squared_far;                   // of the side of a triangle opposite to v
+  ByNeighbor<double> normal_x, normal_y, normal_z;  // of the triangles, twice as long as their area
+  ByNeighbor<double> squared_normal;
+  ByNeighbor<double> shape;  // (height / longest edge)^2 that a triangle must keep
 
-  NeighbourIndex after(NeighbourIndex i) const { return i + 1 < neighbours ? i + 1 : 0; }
-  // The triangle before neighbour k; `triangles` where there is none.
-  NeighbourIndex before(NeighbourIndex k) const { return k > 0 ? k - 1 : inside ? triangles - 1 : triangles; }
+  NeighborIndex after(NeighborIndex i) const { return i + 1 < neighbors ? i + 1 : 0; }
+  // The triangle before neighbor k; `triangles` where there is none.
+  NeighborIndex before(NeighborIndex k) const { return k > 0 ? k - 1 : inside ? triangles - 1 : triangles; }
 };
 
 double longest_of(double a, double b, double c) { return std::max({a, b, c}); }
 
-// One component while vertices are taken out of it. Triangles, half-edges and vertices have local numbers.
+// One component while vertices are removed from it. Triangles, half-edges and vertices have local numbers.
 class Coarsener {
  public:
   Coarsener(const PreparedMesh& mesh, const Component& component, std::span<const double> weights)
@@ -85,14 +93,14 @@ class Coarsener {
         2 * std::accumulate(weight_.begin(), weight_.end(), 0.0) / (filling * heaviest);  // triangles
     std::vector<std::uint32_t> candidates(leaving_.size());
     std::iota(candidates.begin(), candidates.end(), 0u);
-    for (round_ = 1; round_ <= most_rounds; ++round_) {
+    for (round_ = 1; round_ <= max_rounds; ++round_) {
       cancel.check();
       const std::size_t before = candidates.size();
       std::size_t removed = 0, kept = 0;
       for (const std::uint32_t v : candidates) {
         if (!(weight_[v] < heaviest_)) continue;
-        // Neighbours of a vertex that was removed in this round wait for the next one. A vertex that was
-        // refused is tried again when its star has changed since.
+        // Neighbors of a vertex that was removed in this round wait for the next one. A vertex that was
+        // refused is tried again once its star has changed.
         if (changed_[v] != round_ && refused_[v] <= changed_[v]) {
           if (remove(v)) {
             ++removed;
@@ -104,7 +112,7 @@ class Coarsener {
       }
       candidates.resize(kept);
       if (16 * removed < before && left_ > 16 * wanted && thinnest_ > thinnest_to_halve) {
-        // A fine regular grid, of which most vertices can be moved only so that a triangle becomes thin.
+        // A fine regular grid: most of its vertices can be moved only with a triangle that becomes thin.
         thinnest_ *= 0.5;
         std::fill(refused_.begin(), refused_.end(), std::uint8_t{0});
         continue;
@@ -128,26 +136,25 @@ class Coarsener {
  private:
   Vector3 position(std::uint32_t v) const { return mesh_.position(first_vertex_ + v); }
 
-  // Moves v along one of its edges, the shortest that will do.
+  // Moves v along the shortest of its edges that is allowed.
   bool remove(std::uint32_t v) {
     Star& star = star_;
-    if (left_ < fewest_left || !gather(v, star)) return false;
-    ByNeighbour<NeighbourIndex> choice;
-    NeighbourIndex choices = 0;
-    for (NeighbourIndex i = 0; i < star.neighbours; ++i) {
-      const bool along = star.inside || i == 0 || i + 1 == star.neighbours;
+    if (left_ < min_left || !gather(v, star)) return false;
+    ByNeighbor<NeighborIndex> choice;
+    NeighborIndex choices = 0;
+    for (NeighborIndex i = 0; i < star.neighbors; ++i) {
+      const bool along = star.inside || i == 0 || i + 1 == star.neighbors;
       if (along && weight_[v] + weight_[star.ring[i]] <= heaviest_) choice[choices++] = i;
     }
     if (choices == 0) return false;
     measure(star);
     ++stamp_;
-    for (NeighbourIndex i = 0; i < star.neighbours; ++i) mark_[star.ring[i]] = stamp_;
+    for (NeighborIndex i = 0; i < star.neighbors; ++i) mark_[star.ring[i]] = stamp_;
     while (choices > 0) {
-      NeighbourIndex* const shortest =
-          std::min_element(choice.data(), choice.data() + choices, [&](NeighbourIndex a, NeighbourIndex b) {
-            return star.squared_length[a] < star.squared_length[b];
-          });
-      const NeighbourIndex to = *shortest;
+      NeighborIndex* const shortest = std::min_element(
+          choice.data(), choice.data() + choices,
+          [&](NeighborIndex a, NeighborIndex b) { return star.squared_length[a] < star.squared_length[b]; });
+      const NeighborIndex to = *shortest;
       if (keeps_shape(star, to) && keeps_topology(star, to)) {
         collapse(star, to);
         return true;
@@ -158,7 +165,7 @@ class Coarsener {
     return false;
   }
 
-  // False where there are too many neighbours, or too few triangles.
+  // Returns false where there are too many neighbors or too few triangles.
   bool gather(std::uint32_t v, Star& star) const {
     const std::uint32_t first = leaving_[v];
     star.vertex = v;
@@ -166,33 +173,33 @@ class Coarsener {
     star.triangles = 0;
     std::uint32_t h = first;
     do {
-      if (star.triangles == most_neighbours) return false;
+      if (star.triangles == max_neighbors) return false;
       star.edge[star.triangles] = h;
       star.ring[star.triangles++] = corner_[next_half_edge(h)];
       h = opposite_[previous_half_edge(h)];
     } while (h != first && h != no_index);
-    star.neighbours = star.triangles;
+    star.neighbors = star.triangles;
     if (!star.inside)
-      star.ring[star.neighbours++] = corner_[previous_half_edge(star.edge[star.triangles - 1])];
-    const Vector3 centre = position(v);
-    for (NeighbourIndex i = 0; i < star.neighbours; ++i) {
-      const Vector3 to = position(star.ring[i]) - centre;
+      star.ring[star.neighbors++] = corner_[previous_half_edge(star.edge[star.triangles - 1])];
+    const Vector3 center = position(v);
+    for (NeighborIndex i = 0; i < star.neighbors; ++i) {
+      const Vector3 to = position(star.ring[i]) - center;
       star.x[i] = to.x;
       star.y[i] = to.y;
       star.z[i] = to.z;
       star.squared_length[i] = dot(to, to);
     }
     if (star.inside) {
-      star.x[star.neighbours] = star.x[0];
-      star.y[star.neighbours] = star.y[0];
-      star.z[star.neighbours] = star.z[0];
-      star.squared_length[star.neighbours] = star.squared_length[0];
+      star.x[star.neighbors] = star.x[0];
+      star.y[star.neighbors] = star.y[0];
+      star.z[star.neighbors] = star.z[0];
+      star.squared_length[star.neighbors] = star.squared_length[0];
     }
     return star.triangles >= (star.inside ? 3u : 2u);
   }
 
   void measure(Star& star) const {
-    for (NeighbourIndex i = 0; i < star.triangles; ++i) {
+    for (NeighborIndex i = 0; i < star.triangles; ++i) {
       const Vector3 a{star.x[i], star.y[i], star.z[i]}, b{star.x[i + 1], star.y[i + 1], star.z[i + 1]};
       const Vector3 far = b - a, normal = cross(a, b);
       star.normal_x[i] = normal.x;
@@ -207,13 +214,13 @@ class Coarsener {
     }
   }
 
-  // Whether the triangles that remain are neither thin nor turned, with the vertex at neighbour k.
-  static bool keeps_shape(const Star& star, NeighbourIndex k) {
+  // Whether the triangles that remain are neither thin nor turned, with the vertex at neighbor k.
+  static bool keeps_shape(const Star& star, NeighborIndex k) {
     const Vector3 to{star.x[k], star.y[k], star.z[k]};
-    const NeighbourIndex before_k = star.before(k);
+    const NeighborIndex before_k = star.before(k);
     Vector3 a{star.x[0] - to.x, star.y[0] - to.y, star.z[0] - to.z};
     double squared_a = dot(a, a);
-    for (NeighbourIndex i = 0; i < star.triangles; ++i) {
+    for (NeighborIndex i = 0; i < star.triangles; ++i) {
       const Vector3 b{star.x[i + 1] - to.x, star.y[i + 1] - to.y, star.z[i + 1] - to.z};
       const double squared_b = dot(b, b);
       if (i != k && i != before_k) {
@@ -233,13 +240,13 @@ class Coarsener {
     return true;
   }
 
-  // The link condition (Dey et al. 1999): the ends of the edge share no neighbours but the third corners of
-  // the triangles beside it. `mark_` has the ring.
-  bool keeps_topology(const Star& star, NeighbourIndex k) const {
+  // The link condition (Dey et al. 1999): the ends of the edge share no neighbors but the third corners of
+  // the triangles beside it. `mark_` marks the ring.
+  bool keeps_topology(const Star& star, NeighborIndex k) const {
     const std::uint32_t first = leaving_[star.ring[k]];
     std::uint32_t shared = 0, steps = 0, h = first;
     do {
-      if (++steps > widest_star) return false;
+      if (++steps > max_star) return false;
       shared += mark_[corner_[next_half_edge(h)]] == stamp_ ? 1 : 0;
       const std::uint32_t back = previous_half_edge(h);
       h = opposite_[back];
@@ -253,12 +260,12 @@ class Coarsener {
     if (other != no_index) opposite_[other] = h;
   }
 
-  // Puts the vertex v of the star at its neighbour w = ring[k]. The triangles on both sides of the edge
-  // vanish, and what they were between is glued together.
-  void collapse(const Star& star, NeighbourIndex k) {
+  // Puts the vertex v of the star at its neighbor w = ring[k]. The triangles on both sides of the edge
+  // vanish, and the triangles around them are glued together.
+  void collapse(const Star& star, NeighborIndex k) {
     const std::uint32_t w = star.ring[k];
-    const NeighbourIndex triangles = star.triangles;
-    for (NeighbourIndex i = 0; i < triangles; ++i) corner_[star.edge[i]] = w;
+    const NeighborIndex triangles = star.triangles;
+    for (NeighborIndex i = 0; i < triangles; ++i) corner_[star.edge[i]] = w;
     if (k < triangles) {  // (v, w, s) after the edge; `heir` ran from v to s
       const std::uint32_t gone = star.edge[k], heir = star.edge[star.after(k)], outer = next_half_edge(gone);
       const std::uint32_t s = corner_[previous_half_edge(gone)];
@@ -269,7 +276,7 @@ class Coarsener {
       --left_;
     }
     if (k > 0 || star.inside) {  // (v, s, w) before it; `heir` ran from s to v
-      const NeighbourIndex before = k > 0 ? k - 1 : triangles - 1;
+      const NeighborIndex before = k > 0 ? k - 1 : triangles - 1;
       const std::uint32_t gone = star.edge[before], outer = next_half_edge(gone), s = corner_[outer];
       const std::uint32_t beside = star.edge[before > 0 ? before - 1 : triangles - 1];
       const std::uint32_t heir = previous_half_edge(beside);
@@ -280,7 +287,7 @@ class Coarsener {
       --left_;
     }
     weight_[w] += weight_[star.vertex];
-    for (NeighbourIndex i = 0; i < star.neighbours; ++i)
+    for (NeighborIndex i = 0; i < star.neighbors; ++i)
       changed_[star.ring[i]] = static_cast<std::uint8_t>(round_);
   }
 
@@ -292,16 +299,17 @@ class Coarsener {
   std::vector<std::uint32_t> mark_;               // by vertex
   std::vector<std::uint8_t> changed_, refused_;   // by vertex: the rounds of its last change and refusal
   std::vector<std::uint32_t> host_;               // by triangle: itself, or the one it vanished into
-  Star star_;  // of the vertex that is looked at: to clear a new one each time takes a tenth of all
+  // The star of the current vertex, kept because clearing a new one each time takes a tenth of the time.
+  Star star_;
   double heaviest_ = 0, thinnest_ = thinnest;
   std::uint32_t left_, stamp_ = 0, round_ = 0;
 };
 
-// A component with its own numbers of triangles and vertices.
+// A component with its own numbering of triangles and vertices.
 struct CoarseComponent {
   std::vector<std::uint32_t> triangles, opposite;
   std::vector<std::uint32_t> vertex;  // working vertices of the fine mesh
-  std::vector<std::uint32_t> under;   // by fine triangle: one near it
+  std::vector<std::uint32_t> under;   // by fine triangle: a coarse one near it
 };
 
 CoarseComponent copy_component(const PreparedMesh& mesh, const Component& fine) {
@@ -376,30 +384,29 @@ void append(const PreparedMesh& mesh, const Component& fine, const CoarseCompone
   for (const std::uint32_t t : part.under) to.triangle.push_back(component.triangle_begin + t);
 }
 
-// From the triangle near each fine one to the one under its centroid: over the edge beyond which it lies
-// farthest, as long as it lies outside. The one that it lies outside of by the least of its size is kept.
+// Walks from the triangle near each fine one to the one under its centroid: over the edge beyond which the
+// centroid lies farthest, as long as it lies outside. Keeps the triangle that it lies outside of by the
+// smallest share of its size.
 void walk_under(const PreparedMesh& mesh, CoarseMesh& coarse, const CancelToken& cancel) {
   std::vector<PlaneWeights> weights(coarse.mesh.triangle_count());
   for (std::size_t t = 0; t < weights.size(); ++t) weights[t] = plane_weights(coarse.mesh, t);
   parallel_blocks(coarse.triangle.size(), sum_block, [&](std::size_t begin, std::size_t end) {
     cancel.check();
     for (std::size_t t = begin; t < end; ++t) {
-      const std::uint32_t* const corner = &mesh.triangles[3 * t];
-      const Vector3 centroid =
-          (1.0 / 3) * (mesh.position(corner[0]) + mesh.position(corner[1]) + mesh.position(corner[2]));
+      const Vector3 centroid = mesh.centroid(t);
       std::uint32_t at = coarse.triangle[t];
       double closest = -std::numeric_limits<double>::infinity();
       for (int step = 0; step < longest_walk; ++step) {
         const PlaneWeights& plane = weights[at];
         const Vector3 p = centroid - plane.origin;
         const double b1 = dot(plane.first, p), b2 = dot(plane.second, p), b0 = 1 - b1 - b2;
-        const double least = std::min({b0, b1, b2});
-        if (least > closest) {
-          closest = least;
+        const double smallest = std::min({b0, b1, b2});
+        if (smallest > closest) {
+          closest = smallest;
           coarse.triangle[t] = at;
         }
-        if (least >= 0) break;
-        const std::uint32_t side = least == b0 ? 1 : least == b1 ? 2 : 0;
+        if (smallest >= 0) break;
+        const std::uint32_t side = smallest == b0 ? 1 : smallest == b1 ? 2 : 0;
         const std::uint32_t other = coarse.mesh.opposite[3 * at + side];
         if (other == no_index) break;
         at = other / 3;
@@ -411,7 +418,7 @@ void walk_under(const PreparedMesh& mesh, CoarseMesh& coarse, const CancelToken&
 }  // namespace
 
 PlaneWeights plane_weights(const PreparedMesh& mesh, std::size_t triangle) {
-  constexpr double smallest = 1e-200;  // squared: of smaller triangles double does not know the plane
+  constexpr double smallest = 1e-200;  // squared; double does not resolve the plane of smaller triangles
   const std::uint32_t* const corner = &mesh.triangles[3 * triangle];
   const Vector3 origin = mesh.position(corner[0]);
   const Vector3 a = mesh.position(corner[1]) - origin, b = mesh.position(corner[2]) - origin;
@@ -426,15 +433,15 @@ CoarseMesh coarsen_mesh(const PreparedMesh& mesh, std::span<const double> masses
   const double total = blocked_sum(masses);
   if (!(total > 0)) return result;
   const double in_all = std::max(parameters.triangles_per_sample * static_cast<double>(samples),
-                                 static_cast<double>(parameters.least_triangles));
-  const double least = parameters.least_of_component;
+                                 static_cast<double>(parameters.min_triangles));
+  const double min_of_component = parameters.min_of_component;
   const auto triangles_of = [](const Component& c) { return std::size_t{c.triangle_end} - c.triangle_begin; };
   const auto is_large = [&](const Component& c, double wanted) {
     return c.area > 0 && static_cast<double>(triangles_of(c)) > worthwhile * wanted;
   };
   if (!(static_cast<double>(mesh.triangle_count()) > worthwhile * in_all) ||
       std::none_of(mesh.components.begin(), mesh.components.end(),
-                   [&](const Component& c) { return is_large(c, least); }))
+                   [&](const Component& c) { return is_large(c, min_of_component); }))
     return result;
 
   std::vector<double> weights(mesh.triangle_count());
@@ -444,7 +451,7 @@ CoarseMesh coarsen_mesh(const PreparedMesh& mesh, std::span<const double> masses
   parallel_tasks(parts.size(), [&](std::size_t c) {
     const Component& component = mesh.components[c];
     const auto own = std::span(weights).subspan(component.triangle_begin, triangles_of(component));
-    const double weight = blocked_sum(own), wanted = std::max(in_all * weight, least);
+    const double weight = blocked_sum(own), wanted = std::max(in_all * weight, min_of_component);
     parts[c] = is_large(component, wanted)
                    ? coarsen_component(mesh, component, own, 2 * weight / (filling * wanted), cancel)
                    : copy_component(mesh, component);

@@ -11,37 +11,37 @@
 namespace meander {
 
 struct CoarsenParameters {
-  double triangles_per_sample = 1.5;       // about so many in all; 0.25..1e12, the last of which keeps all
-  std::uint32_t least_triangles = 3000;    // in all at least, whatever the samples; >= 64
-  std::uint32_t least_of_component = 256;  // of each component at least; >= 64
+  double triangles_per_sample = 1.5;     // of the whole mesh, about; 0.25..1e12, which keeps all triangles
+  std::uint32_t min_triangles = 3000;    // of the whole mesh, whatever the samples; >= 64
+  std::uint32_t min_of_component = 256;  // of each component; >= 64
 };
 
 // A coarse mesh of C triangles under a fine one of T.
 struct CoarseMesh {
   // The components of the fine mesh in its order, each of the same topology; their vertices are vertices of
-  // the fine mesh. Of the file it has only centre, unit and diagonal; all its polygons are number 0.
+  // the fine mesh. Of the file it keeps only centre, unit and diagonal; all its polygons are number 0.
   PreparedMesh mesh;
-  std::vector<std::uint32_t> triangle;  // T: the coarse triangle under each fine one, of the same component
+  std::vector<std::uint32_t> triangle;  // T: the coarse triangle under each fine one, of its component
   std::vector<double> masses;           // C: the masses of the fine triangles over each, summed
   bool empty() const { return triangle.empty(); }
 };
 
-// Moves vertices along an edge to a neighbour, so that their triangles there vanish, in rounds of vertices
-// that are no neighbours of each other (Dobkin and Kirkpatrick 1985, as Lee et al. 1998 coarsen meshes:
-// "MAPS: multiresolution adaptive parameterization of surfaces"), as long as a vertex then stands for at most
-// its part of the surface, triangles keep their shape and turn little, and the topology stays. Boundary
-// vertices move along the boundary. The part is measured half by mass and half by area, so that triangles are
-// small where samples are dense. Components are wanted with their part of all triangles; those of no more
-// than 1.5 times as many, or without area, are copied. The result is empty where all are.
+// Makes a mesh with fewer triangles for charts. Vertices move along an edge to a neighbor, so that their
+// triangles there vanish, in rounds of vertices that are not neighbors of each other (Dobkin and Kirkpatrick
+// 1985, as Lee et al. 1998 coarsen meshes: "MAPS: multiresolution adaptive parameterization of surfaces"). A
+// vertex moves as long as its neighbor then stands for at most its part of the surface, triangles keep their
+// shape and turn little, and the topology stays. Boundary vertices move along the boundary. The part is
+// measured half by mass and half by area, so that triangles are small where samples are dense. Each component
+// gets its part of all triangles; components of at most 1.5 times as many, or without area, are copied. The
+// result is empty where all are copied.
 //   masses: T masses (MeshMeasure), working units squared; samples: N >= 1
-// O(T): at most 24 neighbours of a vertex are looked at, and again only after one of them was removed. 60
-// bytes a triangle at the peak. Parallel over components; deterministic for every thread count. Throws
-// timeout / RunCancelled from `cancel`.
+// O(T): at most 24 neighbors of a vertex are tried, and again only after one of them was removed. Parallel
+// over components; deterministic for every thread count. Throws timeout / RunCancelled from `cancel`.
 CoarseMesh coarsen_mesh(const PreparedMesh& mesh, std::span<const double> masses, std::uint64_t samples,
                         const CoarsenParameters& parameters, const CancelToken& cancel = {});
 
 // The weights of corners 1 and 2 of a triangle at the foot of a point p on its plane: first . (p - origin)
-// and second . (p - origin). All 0 for a triangle without a plane.
+// and second . (p - origin); all 0 for a triangle without a plane. O(1).
 struct PlaneWeights {
   Vector3 origin, first, second;
 };

@@ -16,9 +16,9 @@ namespace meander {
 
 namespace {
 
-// Breadth-first over the edges between the triangles [begin, end): component numbers from 0 on in the order
-// of their first triangles. `leave(from, to)` for every triangle of the range and each neighbour behind the
-// range. `is_all`: the mesh has no other triangles.
+// Breadth-first search over the edges between the triangles [begin, end). Numbers components from 0 on in the
+// order of their first triangles, and calls leave(from, to) for every triangle of the range and each neighbor
+// behind the range. `is_all`: the mesh has no other triangles.
 template <bool is_all, class Leave>
 std::uint32_t search_range(std::span<const std::uint32_t> opposite, std::uint32_t begin, std::uint32_t end,
                            std::span<std::uint32_t> component, std::span<std::uint32_t> queue,
@@ -34,16 +34,17 @@ std::uint32_t search_range(std::span<const std::uint32_t> opposite, std::uint32_
       if (at % 65536 == 0) cancel.check();
       const std::uint32_t t = queue[at];
       for (std::uint32_t h = 3 * t; h < 3 * t + 3; ++h) {
-        const std::uint32_t neighbour = opposite[h] == no_index ? t : opposite[h] / 3;
+        const std::uint32_t neighbor = opposite[h] == no_index ? t : opposite[h] / 3;
         if constexpr (!is_all)
-          if (neighbour < begin || neighbour >= end) {
-            if (neighbour >= end) leave(t, neighbour);
+          if (neighbor < begin || neighbor >= end) {
+            if (neighbor >= end) leave(t, neighbor);
             continue;
           }
-        // Always written, and stays if it is new. Most are not, and a branch on it could not be predicted.
-        queue[queued] = neighbour;
-        queued += component[neighbour] == no_index;
-        component[neighbour] = components;
+        // The entry is always written, and stays if it is new. Most are not, and a branch on it could not be
+        // predicted.
+        queue[queued] = neighbor;
+        queued += component[neighbor] == no_index;
+        component[neighbor] = components;
       }
     }
     ++components;
@@ -51,15 +52,16 @@ std::uint32_t search_range(std::span<const std::uint32_t> opposite, std::uint32_
   return components;
 }
 
-// Ranges of triangles are searched by a thread each, and the components of different ranges that an edge
-// joins are one. Numbers stay those of the first triangles.
+// Searches each range of triangles in a thread, then joins components of different ranges that share an edge.
+// Numbers stay those of the first triangles.
 std::uint32_t find_components_in_ranges(std::span<const std::uint32_t> opposite, std::size_t ranges,
                                         std::span<std::uint32_t> component, std::span<std::uint32_t> queue,
                                         const CancelToken& cancel) {
   const std::size_t count = component.size();
   struct Range {
     std::uint32_t begin, end, components = 0, first_component = 0;
-    std::vector<std::pair<std::uint32_t, std::uint32_t>> left;  // triangles of it, and neighbours behind it
+    // Pairs of a triangle of the range and a neighbor behind the range.
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> left;
   };
   std::vector<Range> range(ranges);
   parallel_tasks(ranges, [&](std::size_t r) {
@@ -70,7 +72,7 @@ std::uint32_t find_components_in_ranges(std::span<const std::uint32_t> opposite,
         opposite, own.begin, own.end, component, queue.subspan(own.begin + r),
         [&](std::uint32_t from, std::uint32_t to) { own.left.emplace_back(from, to); }, cancel);
   });
-  // Where faces are in no order, most edges leave their range, and joining costs more than one search does.
+  // Where faces are in no order, most edges leave their range, and joining costs more than one search.
   std::size_t left = 0;
   for (const Range& own : range) left += own.left.size();
   if (left > count / 8) {
@@ -110,11 +112,11 @@ std::uint32_t find_components_in_ranges(std::span<const std::uint32_t> opposite,
 
 std::uint32_t find_components(std::span<const std::uint32_t> opposite, std::vector<std::uint32_t>& component,
                               const CancelToken& cancel) {
-  constexpr std::size_t many = std::size_t{1} << 19, most_ranges = 8;
+  constexpr std::size_t many = std::size_t{1} << 19, max_ranges = 8;
   const std::size_t count = opposite.size() / 3;
-  const std::size_t ranges = ranges_for_threads(count, many, most_ranges);
+  const std::size_t ranges = ranges_for_threads(count, many, max_ranges);
   assign_large(component, count, no_index);
-  // One entry more a range, which is written last.
+  // Each range writes one entry behind its last.
   std::vector<std::uint32_t> queue;
   resize_large(queue, count + ranges);
   if (ranges > 1) return find_components_in_ranges(opposite, ranges, component, queue, cancel);
@@ -125,8 +127,8 @@ std::uint32_t find_components(std::span<const std::uint32_t> opposite, std::vect
 std::vector<std::uint32_t> places_along_curve(std::span<const CentroidSum> components) {
   std::vector<std::uint64_t> key(components.size());
   for (std::size_t c = 0; c < key.size(); ++c) key[c] = hilbert_key_3d(components[c].centroid());
-  // Leading bits of the key, then the number: mostly they decide, and words are sorted faster than numbers
-  // whose keys are elsewhere. What they leave undecided has the same leading bits: those are sorted again.
+  // A word has the leading bits of the key, then the number. These bits mostly decide, and words are sorted
+  // faster than numbers whose keys are elsewhere. Components with the same leading bits are sorted again.
   constexpr int number_bits = 28, key_bits = 63;
   constexpr std::uint64_t numbers = std::uint64_t{1} << number_bits;
   std::vector<std::uint32_t> order(key.size()), place(key.size());

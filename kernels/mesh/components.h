@@ -10,8 +10,9 @@
 
 namespace meander {
 
-// Breadth-first over the edges: component number of every triangle; numbers ascend with the first triangle.
-// Large meshes by ranges of triangles that are joined, one a thread. Returns how many there are. O(T).
+// Finds the component of every triangle, breadth-first over the edges; numbers ascend with the first
+// triangle. Large meshes are searched in ranges of triangles, one a thread, which are then joined. Returns
+// the number of components. O(T). Throws timeout / RunCancelled from `cancel`.
 std::uint32_t find_components(std::span<const std::uint32_t> opposite, std::vector<std::uint32_t>& component,
                               const CancelToken& cancel = {});
 
@@ -30,12 +31,12 @@ struct CentroidSum {
   Vector3 centroid() const { return weight > 0 ? (1 / weight) * moment : (1.0 / members) * middle; }
 };
 
-// Components along the 3-D Hilbert curve of their centroids, ties in the old order: the new place of every
-// old number.
+// Sorts components along the 3-D Hilbert curve of their centroids, ties in the old order. Returns the new
+// place of every old number. O(n).
 std::vector<std::uint32_t> places_along_curve(std::span<const CentroidSum> components);
 
-// Fills vertex ranges, boundary loops, genus and area of mesh.components, whose triangle ranges are set;
-// vertices must be numbered in the order in which triangles name them (number_fans). Throws
+// Fills vertex ranges, boundary loops, genus and area of mesh.components, whose triangle ranges are set.
+// Vertices must be numbered in the order in which triangles name them (number_fans). Throws
 // ItemError(internal) when a component is not an oriented surface. O(T).
 void describe_components(PreparedMesh& mesh);
 

@@ -1,5 +1,5 @@
-// Vertices, polygons, triangles and their corners are numbered by 32 bits; no_index is the one number that is
-// none.
+// Bounds counts to 32 bits: vertices, polygons, triangles and their corners are numbered by 32 bits, and
+// no_index is the invalid number.
 #pragma once
 
 #include <cstdint>
@@ -11,8 +11,8 @@
 
 namespace meander {
 
-// To be asked before a count becomes a 32-bit number and before memory is taken for it: throws
-// ItemError(unsupported_format) for more than 2^32 - 2.
+// Throws ItemError(unsupported_format) for more than 2^32 - 2. Ask before a count becomes a 32-bit number and
+// before memory is taken for it.
 inline void check_count(std::uint64_t count, std::string_view of_what) {
   if (count >= no_index) [[unlikely]]
     throw ItemError(Status::unsupported_format,

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <memory>
 #include <numeric>
 #include <utility>
 
@@ -17,20 +16,20 @@ namespace {
 
 constexpr std::size_t star_block = 32768;
 
-// What pairing finds out about many stars.
+// Results of pairing many stars.
 struct Findings {
   std::uint32_t* opposite = nullptr;
   std::uint32_t crowded = 0;  // edges of more than two triangles
-  bool same_way = false;      // whether the two triangles of some edge run along it in the same direction
+  bool same_way = false;      // the two triangles of some edge run along it in the same direction
 };
 
-// The corners at one vertex, one half-edge that starts there each. 8 more entries can be read.
+// The corners at one vertex, with one half-edge each that starts there. 8 more entries can be read.
 struct OutgoingEdges {
   std::uint32_t vertex;
   std::size_t size;
   const std::uint32_t* half_edges;
   const std::uint32_t* next;      // the vertex where the half-edge ends
-  const std::uint32_t* previous;  // and the one where the half-edge before it starts
+  const std::uint32_t* previous;  // the vertex where the half-edge before it starts
 };
 
 // Eight entries of a list.
@@ -51,15 +50,16 @@ struct Eight {
 };
 
 __m128i previous_half_edges(__m128i h) {
-  // Multiples of 3 are those whose product with its inverse is at most (2^32 - 1) / 3.
-  const __m128i most = _mm_set1_epi32(0x55555555);
+  // Multiples of 3 are the numbers whose product with the inverse of 3 is at most (2^32 - 1) / 3.
+  const __m128i third = _mm_set1_epi32(0x55555555);
   const __m128i product = _mm_mullo_epi32(h, _mm_set1_epi32(static_cast<int>(0xAAAAAAABu)));
-  const __m128i first_of_three = _mm_cmpeq_epi32(_mm_min_epu32(product, most), product);
+  const __m128i first_of_three = _mm_cmpeq_epi32(_mm_min_epu32(product, third), product);
   return _mm_add_epi32(_mm_add_epi32(h, _mm_set1_epi32(-1)),
                        _mm_and_si128(first_of_three, _mm_set1_epi32(3)));
 }
 
-// Bit k for the corner k whose next vertex is `value`, bit 8 + k where the previous one is.
+// Sets bit k for the corner k whose next vertex is `value`, and bit 8 + k for the corner k whose previous one
+// is.
 std::uint32_t incidences(const Eight& next, const Eight& previous, std::uint32_t value) {
   const __m128i all = _mm_set1_epi32(static_cast<int>(value));
   return static_cast<std::uint32_t>(_mm_movemask_epi8(_mm_packs_epi16(next.equal(all), previous.equal(all))));
@@ -68,7 +68,7 @@ std::uint32_t incidences(const Eight& next, const Eight& previous, std::uint32_t
 // Stars of up to 8 corners: nearly all.
 struct SmallStar {
   using Bits = std::uint32_t;
-  static constexpr std::size_t most = 8;
+  static constexpr std::size_t capacity = 8;
   Eight next, previous;
   Bits valid;
 
@@ -77,10 +77,10 @@ struct SmallStar {
   Bits at(std::uint32_t value) const { return incidences(next, previous, value) & valid; }
 };
 
-// Stars of up to 31.
+// Stars of up to 31 corners.
 struct MediumStar {
   using Bits = std::uint64_t;
-  static constexpr std::size_t most = 32;
+  static constexpr std::size_t capacity = 32;
   const OutgoingEdges& star;
   Bits valid;
 
@@ -89,7 +89,7 @@ struct MediumStar {
     Bits bits = 0;
     for (std::size_t k = 0; k < star.size; k += 8) {
       const Bits found = incidences(Eight(star.next + k), Eight(star.previous + k), value);
-      bits |= (found & 0xFF) << k | (found >> 8) << (most + k);
+      bits |= (found & 0xFF) << k | (found >> 8) << (capacity + k);
     }
     return bits & valid;
   }
@@ -97,23 +97,24 @@ struct MediumStar {
 
 // Pairs the half-edges that start at a vertex: partners are the two half-edges of an edge that has just two.
 // Compares all corners with each other, without branches: stars have about six corners, and sorting or
-// hashing them costs more. Whether faces around the vertex join all its corners is the result; false may also
-// mean that it was not found out.
+// hashing them costs more. Returns whether faces around the vertex join all its corners; false may also mean
+// that this is unknown.
 template <class Corners>
 bool pair_star(const OutgoingEdges& star, Findings& findings) {
   using Bits = typename Corners::Bits;
-  constexpr std::size_t most = Corners::most, none = 2 * most;
+  constexpr std::size_t capacity = Corners::capacity, none = 2 * capacity;
   const Corners corners(star);
   std::array<std::uint32_t, none + 1> partner;
-  for (std::size_t k = 0; k < (most == 8 ? most : star.size); k += 8) {
+  for (std::size_t k = 0; k < (capacity == 8 ? capacity : star.size); k += 8) {
     Eight half_edges(star.half_edges + k);
     half_edges.store(&partner[k]);
     half_edges.first = previous_half_edges(half_edges.first);
     half_edges.second = previous_half_edges(half_edges.second);
-    half_edges.store(&partner[most + k]);
+    half_edges.store(&partner[capacity + k]);
   }
   partner[none] = no_index;
-  std::array<std::uint8_t, most + 1> following;  // behind the half-edge of every corner: an index of partner
+  // Behind the half-edge of every corner: an index of `partner`.
+  std::array<std::uint8_t, capacity + 1> following;
   Bits partners = 0;
   const Bits end = none < 8 * sizeof(Bits) ? Bits{1} << none % (8 * sizeof(Bits)) : 0;
   for (std::size_t i = 0; i < star.size; ++i) {
@@ -125,29 +126,30 @@ bool pair_star(const OutgoingEdges& star, Findings& findings) {
     partners |= one;
     if (one != others) [[unlikely]] {
       // Counted once: at the lower end, or at the end where all its half-edges start.
-      const bool here = found >> most == 0 || star.vertex < star.next[i];
+      const bool here = found >> capacity == 0 || star.vertex < star.next[i];
       findings.crowded += here && (found & ((Bits{1} << i) - 1)) == 0;
     }
   }
-  const Bits reached = partners >> most;
-  const bool same_way = partners != reached << most;
+  const Bits reached = partners >> capacity;
+  const bool same_way = partners != reached << capacity;
   findings.same_way |= same_way;
   const auto open = star.size - static_cast<std::size_t>(std::popcount(reached));
   if (same_way || open > 1) return false;
-  // An open fan is closed by going from its end to its first corner, the only one that none leads to.
+  // An open fan is closed by going from its end to its first corner, the only one without a predecessor.
   const auto first = open == 0 ? std::size_t{0} : static_cast<std::size_t>(std::countr_one(reached));
-  following[most] = static_cast<std::uint8_t>(most + first);
+  following[capacity] = static_cast<std::uint8_t>(capacity + first);
   std::size_t returns = 0, at = first;
   for (std::size_t step = 0; step < star.size + open; ++step) {
-    at = following[at] - most;
+    at = following[at] - capacity;
     returns += at == first;
   }
   return returns == 1 && at == first;
 }
 
-// The same for fans of many triangles. O(n log n), 16 bytes a corner of scratch.
+// The same for fans of many triangles. O(n log n).
 void pair_by_sorting(const OutgoingEdges& star, Findings& findings) {
-  // The vertex at the other end, then 2 i where corner i's half-edge leaves, 2 i + 1 where one arrives.
+  // The vertex at the other end, then 2 i where the half-edge of corner i leaves and 2 i + 1 where one
+  // arrives.
   std::vector<std::uint64_t> ends(2 * star.size);
   for (std::size_t i = 0; i < star.size; ++i) {
     ends[2 * i] = std::uint64_t{star.next[i]} << 32 | 2 * i;
@@ -171,16 +173,13 @@ void pair_by_sorting(const OutgoingEdges& star, Findings& findings) {
   }
 }
 
-}  // namespace
-
-namespace {
-
-// part(is_own) for as many ranges of vertices as there are threads; is_own(vertex) says whether it is in the
-// range. Each part looks at all triangles, and no two count at one vertex. One part where they are few.
+// Calls part(is_own) for a range of vertices a thread, or one range where vertices are few; is_own(vertex)
+// says whether a vertex is in the range. Each part looks at all triangles, and no two parts count at one
+// vertex.
 template <class Part>
 void in_parts(std::size_t vertex_count, const Part& part) {
-  constexpr std::size_t many = std::size_t{1} << 18, most_parts = 4;
-  const std::size_t parts = ranges_for_threads(vertex_count, many, most_parts);
+  constexpr std::size_t many = std::size_t{1} << 18, max_parts = 4;
+  const std::size_t parts = ranges_for_threads(vertex_count, many, max_parts);
   if (parts == 1) {
     part([](std::uint32_t) { return true; });
     return;
@@ -198,7 +197,8 @@ std::uint32_t pair_half_edges(std::span<const std::uint32_t> triangles, std::siz
                               std::vector<std::uint32_t>& opposite, FanSurvey* survey) {
   resize_large(opposite, triangles.size());
   if (survey != nullptr) survey->one_fan.assign(vertex_count, 1);
-  std::vector<std::uint32_t> end;  // of the star of every vertex, shifted by one
+  // The end of the star of every vertex, shifted by one.
+  std::vector<std::uint32_t> end;
   assign_large(end, vertex_count + 1, 0u);
   in_parts(vertex_count, [&](const auto& is_own) {
     for (const std::uint32_t v : triangles)
@@ -234,9 +234,9 @@ std::uint32_t pair_half_edges(std::span<const std::uint32_t> triangles, std::siz
                                next + begin, previous + begin};
       if (star.size == 0) continue;
       bool one_fan = false;
-      if (star.size <= SmallStar::most)
+      if (star.size <= SmallStar::capacity)
         one_fan = pair_star<SmallStar>(star, findings);
-      else if (star.size < MediumStar::most)
+      else if (star.size < MediumStar::capacity)
         one_fan = pair_star<MediumStar>(star, findings);
       else
         pair_by_sorting(star, findings);
@@ -264,6 +264,15 @@ std::uint32_t number_fans(std::span<const std::uint32_t> opposite, std::vector<s
     ++fans;
   }
   return fans;
+}
+
+std::vector<std::uint8_t> boundary_vertices(std::span<const std::uint32_t> triangles,
+                                            std::span<const std::uint32_t> opposite,
+                                            std::size_t vertex_count) {
+  std::vector<std::uint8_t> boundary(vertex_count, 0);
+  for (std::uint32_t h = 0; h < opposite.size(); ++h)
+    if (opposite[h] == no_index) boundary[triangles[h]] = boundary[triangles[next_half_edge(h)]] = 1;
+  return boundary;
 }
 
 std::uint32_t next_boundary_half_edge(std::span<const std::uint32_t> opposite, std::uint32_t h) {

@@ -1,4 +1,4 @@
-// A mesh with the lengths that it is measured by: those in space, or those of a metric on it.
+// A mesh with its measure of lengths: those in space, or those of a metric on it.
 #pragma once
 
 #include <cstdint>
@@ -9,14 +9,14 @@
 
 namespace meander {
 
-// What seams, charts and curve elements are measured by; areas, masses and points are always those in space.
-// A view: mesh and lengths must outlive it.
+// Seams, charts and curve elements are measured by these lengths; areas, masses and points are always those
+// in space. A view: mesh and lengths must outlive it.
 class MeasuredMesh {
  public:
-  // In space. Implicit, so that whatever measures a mesh takes a PreparedMesh too.
+  // Measures in space. Implicit, so that functions of a MeasuredMesh take a PreparedMesh too.
   MeasuredMesh(const PreparedMesh& surface) : mesh_(&surface) {}
   MeasuredMesh(PreparedMesh&&) = delete;
-  // metric_length: 3 T lengths of half-edges, both sides of an edge alike; empty: in space.
+  // metric_length: 3 T lengths of half-edges, equal on both sides of an edge; empty: in space.
   MeasuredMesh(const PreparedMesh& surface, const std::vector<double>& metric_length)
       : mesh_(&surface), metric_length_(metric_length) {}
   MeasuredMesh(PreparedMesh&&, const std::vector<double>&) = delete;

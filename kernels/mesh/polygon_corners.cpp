@@ -6,15 +6,15 @@ namespace meander {
 
 namespace {
 
-// Searching more corners than these one by one would cost more than sorting them.
-constexpr std::size_t most_searched_corners = 32;
+// Searching more corners one by one would cost more than sorting them.
+constexpr std::size_t max_searched_corners = 32;
 
 }  // namespace
 
 std::uint32_t PolygonCorners::find(std::uint32_t face, std::uint32_t vertex) {
   const std::uint32_t begin = mesh_.polygon_begin[face], end = mesh_.polygon_begin[face + 1];
   std::uint32_t corner = end;
-  if (end - begin <= most_searched_corners) {
+  if (end - begin <= max_searched_corners) {
     corner = static_cast<std::uint32_t>(
         std::find(mesh_.corners.begin() + begin, mesh_.corners.begin() + end, vertex) -
         mesh_.corners.begin());

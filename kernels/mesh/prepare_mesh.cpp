@@ -18,8 +18,8 @@ namespace meander {
 
 namespace {
 
-constexpr double zero_area_ratio =
-    1e-14;  // of diagonal^2: below it, rounding hides the difference between a surface and a curve
+// Share of diagonal^2 below which rounding hides the difference between a surface and a curve.
+constexpr double zero_area_ratio = 1e-14;
 
 void check_counts(const PolygonMesh& mesh) {
   check_count(mesh.vertex_count(), "vertices");
@@ -49,8 +49,9 @@ void turn_round(TriangleSoup& soup, std::vector<std::uint32_t>& opposite, std::u
     if (opposite[3 * t + k] != no_index) opposite[opposite[3 * t + k]] = 3 * t + k;
 }
 
-// Breadth-first over the edges, as find_components: component number of every triangle, consistent winding,
-// conflicting edges cut. The ends of those are perhaps no longer one fan.
+// Makes the winding consistent, breadth-first over the edges as in find_components, and cuts conflicting
+// edges, whose ends are perhaps no longer one fan. Sets the component of every triangle and returns their
+// number.
 std::uint32_t orient(TriangleSoup& soup, std::vector<std::uint32_t>& opposite, std::span<const double> area,
                      FanSurvey& survey, std::vector<std::uint32_t>& component, RepairCounts& repairs,
                      const CancelToken& cancel) {
@@ -71,15 +72,15 @@ std::uint32_t orient(TriangleSoup& soup, std::vector<std::uint32_t>& opposite, s
       const std::uint32_t t = queue[at];
       areas[turned[t]] += area[t];
       for (std::uint32_t h = 3 * t; h < 3 * t + 3; ++h) {
-        const std::uint32_t other = opposite[h] == no_index ? h : opposite[h], neighbour = other / 3;
+        const std::uint32_t other = opposite[h] == no_index ? h : opposite[h], neighbor = other / 3;
         const bool same_way = other != h && soup.triangles[h] == soup.triangles[other];
         const auto wanted = static_cast<std::uint8_t>(turned[t] ^ static_cast<std::uint8_t>(same_way));
-        const bool is_new = component[neighbour] == no_index;
-        queue[queued] = neighbour;
+        const bool is_new = component[neighbor] == no_index;
+        queue[queued] = neighbor;
         queued += is_new;
-        component[neighbour] = components;
-        turned[neighbour] = is_new ? wanted : turned[neighbour];
-        if (turned[neighbour] != wanted) [[unlikely]] {
+        component[neighbor] = components;
+        turned[neighbor] = is_new ? wanted : turned[neighbor];
+        if (turned[neighbor] != wanted) [[unlikely]] {
           opposite[h] = opposite[other] = no_index;
           survey.one_fan[soup.triangles[h]] = survey.one_fan[soup.triangles[next_half_edge(h)]] = 0;
           ++repairs[Repair::cut_edges];
@@ -100,7 +101,8 @@ std::uint32_t orient(TriangleSoup& soup, std::vector<std::uint32_t>& opposite, s
   return components;
 }
 
-// Components along the 3-D Hilbert curve of their centroids; new place of every old component number.
+// Orders components along the 3-D Hilbert curve of their centroids; returns the new place of every old
+// number.
 std::vector<std::uint32_t> order_components(const PolygonMesh& mesh, const PreparedMesh& frame,
                                             const TriangleSoup& soup, std::span<const double> area,
                                             std::span<const std::uint32_t> component,
@@ -110,7 +112,8 @@ std::vector<std::uint32_t> order_components(const PolygonMesh& mesh, const Prepa
   const WorkingPositions position(mesh, frame);
   const std::uint32_t* const corner = soup.triangles.data();
   std::uint32_t current = 0;
-  CentroidSum sum;  // of the current component: most triangles belong to that of the one before
+  // The sum of the current component: most triangles belong to that of the triangle before.
+  CentroidSum sum;
   for (std::size_t t = 0; t < component.size(); ++t) {
     if (component[t] != current) {
       sums[current] = sum;
@@ -124,7 +127,7 @@ std::vector<std::uint32_t> order_components(const PolygonMesh& mesh, const Prepa
   return places_along_curve(sums);
 }
 
-// Triangles grouped by component (file order inside), half-edges renumbered to match.
+// Groups triangles by component (file order inside) and renumbers half-edges to match.
 void sort_by_component(TriangleSoup& soup, std::vector<std::uint32_t>& opposite, std::vector<double>& area,
                        std::span<const std::uint32_t> component, std::span<const std::uint32_t> place,
                        PreparedMesh& out) {
@@ -178,7 +181,7 @@ void sort_by_component(TriangleSoup& soup, std::vector<std::uint32_t>& opposite,
 }
 
 // Replaces welded vertices by one working vertex per fan, so that every vertex is a disk or a half-disk; fans
-// are numbered in the order in which they first appear. The welded vertex of every fan is the result.
+// are numbered in the order in which they first appear. Returns the welded vertex of every fan.
 std::vector<std::uint32_t> split_vertices(std::span<const std::uint8_t> one_fan, PreparedMesh& out) {
   std::vector<std::uint32_t> number;  // of the vertex, or of its last fan
   assign_large(number, one_fan.size(), no_index);
@@ -186,7 +189,7 @@ std::vector<std::uint32_t> split_vertices(std::span<const std::uint8_t> one_fan,
   if (std::find(one_fan.begin(), one_fan.end(), 0) == one_fan.end()) {
     std::vector<std::uint32_t> source;
     resize_large(source, one_fan.size() + 1);
-    // Always written, and stays if the vertex is new: as in find_components.
+    // The entry is always written, and stays if the vertex is new, as in find_components.
     for (std::uint32_t& corner : out.triangles) {
       const std::uint32_t vertex = corner;
       source[fans] = vertex;
@@ -223,35 +226,23 @@ std::vector<std::uint32_t> split_vertices(std::span<const std::uint8_t> one_fan,
   return source;
 }
 
-void place_vertices(const PolygonMesh& mesh, std::span<const std::uint32_t> source, PreparedMesh& out) {
-  for (std::vector<double>* const c : {&out.x, &out.y, &out.z}) resize_large(*c, source.size());
-  parallel_blocks(source.size(), sum_block, [&](std::size_t begin, std::size_t end) {
+// Places working vertex v at coordinate(w) of each working coordinate w of the file vertex source(v).
+template <class Source, class Coordinate>
+void place_vertices(const PolygonMesh& mesh, std::size_t count, const Source& source,
+                    const Coordinate& coordinate, PreparedMesh& out) {
+  for (std::vector<double>* const c : {&out.x, &out.y, &out.z}) resize_large(*c, count);
+  parallel_blocks(count, sum_block, [&](std::size_t begin, std::size_t end) {
     const WorkingPositions position(mesh, out);
     for (std::size_t v = begin; v < end; ++v) {
-      const Vector3 p = position(source[v]);
-      out.x[v] = p.x;
-      out.y[v] = p.y;
-      out.z[v] = p.z;
+      const Vector3 p = position(source(v));
+      out.x[v] = coordinate(p.x);
+      out.y[v] = coordinate(p.y);
+      out.z[v] = coordinate(p.z);
     }
   });
 }
 
-// Those of the file, where they are finite.
-void place_all_vertices(const PolygonMesh& mesh, PreparedMesh& out) {
-  for (std::vector<double>* const c : {&out.x, &out.y, &out.z}) resize_large(*c, mesh.vertex_count());
-  parallel_blocks(mesh.vertex_count(), sum_block, [&](std::size_t begin, std::size_t end) {
-    const WorkingPositions position(mesh, out);
-    const auto inside = [](double w) { return std::abs(w) <= 1 ? w : 0.0; };  // of no face, or not finite
-    for (std::size_t v = begin; v < end; ++v) {
-      const Vector3 p = position(static_cast<std::uint32_t>(v));
-      out.x[v] = inside(p.x);
-      out.y[v] = inside(p.y);
-      out.z[v] = inside(p.z);
-    }
-  });
-}
-
-// Triangles that name a position twice by different vertices, as welding would find them.
+// Drops triangles that name a position twice by different vertices, as welding would.
 void drop_repeated_positions(const PolygonMesh& mesh, TriangleSoup& soup, std::vector<double>& area,
                              PreparedMesh& out) {
   const auto same = [&](std::uint32_t a, std::uint32_t b) {
@@ -268,9 +259,7 @@ void drop_repeated_positions(const PolygonMesh& mesh, TriangleSoup& soup, std::v
       continue;
     }
     if (kept < t) {
-      std::copy_n(&soup.triangles[3 * t], 3, &soup.triangles[3 * kept]);
-      std::copy_n(&soup.corner_slot[3 * t], 3, &soup.corner_slot[3 * kept]);
-      soup.polygon[kept] = soup.polygon[t];
+      soup.move(t, kept, 1);
       area[kept] = area[t];
     }
     ++kept;
@@ -293,7 +282,7 @@ PreparedMesh prepare_mesh(const PolygonMesh& mesh, const CancelToken& cancel) {
   out.repairs[Repair::split_edges] += pair_half_edges(soup.triangles, mesh.vertex_count(), opposite, &survey);
   std::vector<double> area;
   std::uint32_t components = 0;
-  // Areas do not depend on components, nor the other way round where no face has to be turned.
+  // Areas do not depend on components, and components not on areas where no face has to be turned.
   parallel_both(
       soup.polygon.size(),
       [&] {
@@ -313,7 +302,11 @@ PreparedMesh prepare_mesh(const PolygonMesh& mesh, const CancelToken& cancel) {
   const std::vector<std::uint32_t> source = split_vertices(survey.one_fan, out);
   // Components are described by numbers alone.
   parallel_both(
-      out.triangle_count(), [&] { describe_components(out); }, [&] { place_vertices(mesh, source, out); });
+      out.triangle_count(), [&] { describe_components(out); },
+      [&] {
+        place_vertices(
+            mesh, source.size(), [&](std::size_t v) { return source[v]; }, [](double w) { return w; }, out);
+      });
   return out;
 }
 
@@ -330,7 +323,10 @@ PreparedMesh prepare_soup(const PolygonMesh& mesh, const CancelToken& cancel) {
   out.corner_slot = std::move(soup.corner_slot);
   out.polygon = std::move(soup.polygon);
   out.area = std::move(area);
-  place_all_vertices(mesh, out);
+  // Vertices without a face may lie outside of the frame or not be finite.
+  place_vertices(
+      mesh, mesh.vertex_count(), [](std::size_t v) { return static_cast<std::uint32_t>(v); },
+      [](double w) { return std::abs(w) <= 1 ? w : 0.0; }, out);
   Component all;
   all.triangle_end = static_cast<std::uint32_t>(out.triangle_count());
   all.vertex_end = static_cast<std::uint32_t>(out.vertex_count());

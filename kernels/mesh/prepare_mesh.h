@@ -8,22 +8,23 @@
 
 namespace meander {
 
-// Drops bad faces (each counted in repairs), triangulates (fans when convex, ear clipping when not), welds
-// vertices of equal bits (-0 = 0; adjacency only), splits edges of more than two faces and vertices of more
-// than one fan, orients every component (the majority of its area keeps the file's winding) and sorts
-// triangles by component.
+// Prepares any polygon soup. It drops bad faces (each counted in repairs), triangulates (fans when convex,
+// ear clipping when not), welds vertices of equal bits (-0 = 0; adjacency only), splits edges of more than
+// two faces and vertices of more than one fan, orients every component (the majority of its area keeps the
+// file's winding) and sorts triangles by component.
 //
 // Area is unchanged by every step. A face stored twice counts twice.
-// Throws ItemError: empty (no face in the file), index_out_of_range or non_finite (no face left, the commoner
-// cause; also where the diagonal or the area is more than double holds), zero_area (area <= 1e-14
-// diagonal^2), timeout; unsupported_format or too_large (more than 32 bits can number). Cost: O(K) time but
-// for fans of many triangles, which are sorted, and concave polygons of many corners (clip_ears).
-// Deterministic, thread-safe.
+//
+// Throws ItemError: empty (no face in the file); index_out_of_range or non_finite (no face left, by the more
+// frequent cause; non_finite also where the diagonal or the area overflows double); zero_area (area <= 1e-14
+// diagonal^2); timeout; unsupported_format or too_large (more than 32 bits can number). O(K) time, except for
+// fans of many triangles, which are sorted, and concave polygons of many corners (clip_ears). Deterministic,
+// thread-safe.
 PreparedMesh prepare_mesh(const PolygonMesh& mesh, const CancelToken& cancel = {});
 
-// The same triangles as they are, for those who need their areas alone: in the order and with the winding of
-// the file, over its vertices, without neighbours (has_topology() is false), all in one component. Repairs
-// are those of faces only. Fails as prepare_mesh does. O(K).
+// Prepares the triangles for callers that need their areas alone: in the order and with the winding of the
+// file, over its vertices, without neighbors (has_topology() is false), all in one component. Only faces are
+// repaired. Throws as prepare_mesh. O(K).
 PreparedMesh prepare_soup(const PolygonMesh& mesh, const CancelToken& cancel = {});
 
 // Upper bounds of bytes beside the file: while the mesh is prepared, and of what is left while a sampler

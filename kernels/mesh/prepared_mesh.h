@@ -39,10 +39,9 @@ struct PreparedMesh {
   // 3 T: the half-edge on the other side, no_index at a boundary; empty without topology (prepare_soup),
   // or once freed (SampleParameters::rows_only).
   std::vector<std::uint32_t> opposite;
-  std::vector<std::uint32_t>
-      corner_slot;                     // 3 T: position in PolygonMesh::corners (vertex number, normal number)
-  std::vector<std::uint32_t> polygon;  // T: polygon number of the file
-  std::vector<double> area;            // T, working units squared; 0 for triangles of no area
+  std::vector<std::uint32_t> corner_slot;  // 3 T indices of PolygonMesh::corners
+  std::vector<std::uint32_t> polygon;      // T polygon numbers of the file
+  std::vector<double> area;                // T, working units squared; 0 for triangles without area
   std::vector<Component> components;
   double total_area = 0;  // working units squared, summed in fixed blocks
   std::uint32_t unreferenced_vertices = 0;
@@ -52,17 +51,22 @@ struct PreparedMesh {
   std::size_t triangle_count() const { return polygon.size(); }
   std::size_t vertex_count() const { return x.size(); }
   Vector3 position(std::uint32_t vertex) const { return {x[vertex], y[vertex], z[vertex]}; }
+  Vector3 centroid(std::size_t triangle) const {
+    const std::uint32_t* const corner = &triangles[3 * triangle];
+    return (1.0 / 3) * (position(corner[0]) + position(corner[1]) + position(corner[2]));
+  }
   double length_in_space(std::uint32_t half_edge) const {
     return distance(position(triangles[half_edge]), position(triangles[next_half_edge(half_edge)]));
   }
 };
 
-// The origin of the working coordinates, in their units.
+// The origin of the working coordinates, in working units of the file's axes.
 inline Vector3 centre_in_units(const PreparedMesh& mesh) {
   return {mesh.centre.x / mesh.unit, mesh.centre.y / mesh.unit, mesh.centre.z / mesh.unit};
 }
 
-// An area, or a mass, in working units as one of the file: infinite or 0 where double does not hold it.
+// Converts an area or a mass from working units to those of the file: infinite or 0 where double overflows or
+// underflows.
 inline double file_area(const PreparedMesh& mesh, double working) { return working * mesh.unit * mesh.unit; }
 
 }  // namespace meander

@@ -12,21 +12,21 @@ using TexelColor = std::array<double, 3>;
 constexpr double no_light = std::numeric_limits<double>::quiet_NaN();
 constexpr TexelColor no_texel = {no_light, no_light, no_light};
 
-// Of y in [0.005, 1], by Newton's iteration from above. Not the C library's power, whose last bits differ
-// between processors.
+// The fifth root of y in [0.005, 1], by Newton's iteration from above. The C library's power would differ in
+// its last bits between processors.
 double fifth_root(double y) {
   double root = 1;
   for (int i = 0; i < 24; ++i) root -= (root - y / (root * root * root * root)) / 5;
   return root;
 }
 
-// Into [0, 1], or for a mirrored image [0, 2]; coordinates of any size.
+// Wraps a coordinate of any size into [0, 1], or for a mirrored image into [0, 2].
 double wrapped_coordinate(double x, TextureWrap wrap) {
   if (wrap == TextureWrap::clamp) return std::clamp(x, 0.0, 1.0);
   return wrap == TextureWrap::repeat ? x - std::floor(x) : x - 2 * std::floor(x / 2);
 }
 
-// Of pixels in [-1, 2 size].
+// Wraps a pixel in [-1, 2 size].
 std::uint32_t wrapped_pixel(std::int64_t pixel, std::uint32_t size, TextureWrap wrap) {
   const auto count = static_cast<std::int64_t>(size);
   if (wrap == TextureWrap::clamp)
@@ -80,7 +80,7 @@ std::array<double, 3> texture_color(const SurfaceTextures& textures, const Textu
     color =
         texels.at(static_cast<std::int64_t>(std::floor(column)), static_cast<std::int64_t>(std::floor(row)));
   } else {
-    // Pixels have their colours at their centres.
+    // Pixels have their colors at their centers.
     const double left = std::floor(column - 0.5), above = std::floor(row - 0.5);
     const double right_share = column - 0.5 - left, below_share = row - 0.5 - above;
     const auto c = static_cast<std::int64_t>(left), r = static_cast<std::int64_t>(above);

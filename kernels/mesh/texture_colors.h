@@ -1,4 +1,4 @@
-// Colours of samples from the images on a surface.
+// Colors of samples from the images on a surface.
 #pragma once
 
 #include <array>
@@ -12,12 +12,12 @@ namespace meander {
 // The light of a value as displayed, both in [0, 1]: the inverse transfer function of sRGB (IEC 61966-2-1).
 double linear_light(double value);
 
-// The colour that a texture shows at coordinates (u, v), as displayed or, with `linear`, in linear light, in
-// which it is interpolated too. NaN where its image is lost or the coordinates are not finite. O(1).
+// The color that a texture shows at coordinates (u, v), as displayed or, with `linear`, in linear light, in
+// which it is then interpolated too. NaN where its image is lost or the coordinates are not finite. O(1).
 std::array<double, 3> texture_color(const SurfaceTextures& textures, const Texture& texture, double u,
                                     double v, bool linear);
 
-// Looks up samples of one mesh. Of polygons with many corners it keeps what it has sorted.
+// Colors of the samples of one mesh. It keeps the sorted corners of polygons with many of them.
 class SampleTextures {
  public:
   // The mesh must outlive the object.
@@ -25,10 +25,10 @@ class SampleTextures {
 
   // Whether the polygon of sample i has a texture.
   bool has(const Samples& samples, std::size_t i) const;
-  // The colour of the texture at sample i, which has one. The texture coordinates are those of the corners of
-  // the polygon, interpolated linearly in the triangle of the sample; of corners with one vertex the first
-  // one's. NaN where a corner has none, or as texture_color. O(1), of polygons with many corners once
-  // O(corners log corners).
+  // The color of the texture at sample i, which must have one. Texture coordinates are those of the corners
+  // of the polygon, interpolated linearly in the triangle of the sample; where several corners share a
+  // vertex, the first one counts. NaN where a corner has none, or as texture_color. O(1), for polygons with
+  // many corners O(log corners) after one O(corners log corners).
   std::array<double, 3> color(const Samples& samples, std::size_t i);
 
  private:

@@ -19,7 +19,7 @@ namespace meander {
 
 namespace {
 
-// Vertices with a finite position. Empty when all vertices are finite, as in most files.
+// Flags vertices with a finite position. Empty when all vertices are finite, as in most files.
 std::vector<std::uint8_t> finite_vertices(const PolygonMesh& mesh) {
   const std::size_t vertices = mesh.vertex_count();
   const auto finite = [&](std::size_t v) {
@@ -35,9 +35,9 @@ std::vector<std::uint8_t> finite_vertices(const PolygonMesh& mesh) {
 }
 
 struct UsablePolygons {
-  std::vector<std::uint8_t> usable;  // 1 for those that can be used at all
+  std::vector<std::uint8_t> usable;  // 1 for usable polygons
   std::vector<std::uint8_t> used;    // 1 for every vertex of one
-  // By block of polygons, where its triangles begin if all can be used; at last their number.
+  // By block of polygons, where its triangles begin if all can be used; at the end their number.
   std::vector<std::size_t> first_triangle;
   std::size_t triangles() const { return first_triangle.back(); }
 };
@@ -48,7 +48,7 @@ void add_counts(const RepairCounts& more, RepairCounts& repairs) {
   for (std::size_t r = 0; r < repairs.counts.size(); ++r) repairs.counts[r] += more.counts[r];
 }
 
-// The polygons that cannot be used are counted by what is wrong with them, the first cause that holds.
+// Counts the unusable polygons by their first defect.
 UsablePolygons usable_polygons(const PolygonMesh& mesh, RepairCounts& repairs) {
   const std::size_t polygons = mesh.polygon_count(), vertices = mesh.vertex_count();
   const std::vector<std::uint8_t> finite = finite_vertices(mesh);
@@ -58,11 +58,11 @@ UsablePolygons usable_polygons(const PolygonMesh& mesh, RepairCounts& repairs) {
   // By block of polygons.
   std::vector<RepairCounts> found(result.first_triangle.size() - 1);
   parallel_blocks(polygons, polygon_block, [&](std::size_t first, std::size_t last) {
-    // Bytes may alias anything: without these the compiler reads every pointer again and again.
+    // Bytes may alias anything: without these copies the compiler reads every pointer again and again.
     const std::uint32_t *const polygon_begin = mesh.polygon_begin.data(), *const corners =
                                                                               mesh.corners.data();
     std::uint8_t *const usable = result.usable.data(), *const used = result.used.data();
-    // Other threads may set the same one.
+    // Other threads may set the same flag.
     const auto use = [used](std::uint32_t vertex) {
       std::atomic_ref(used[vertex]).store(1, std::memory_order_relaxed);
     };
@@ -101,7 +101,7 @@ UsablePolygons usable_polygons(const PolygonMesh& mesh, RepairCounts& repairs) {
   return result;
 }
 
-// A box of vertices. The default is empty.
+// A box around points; empty by default.
 struct Box {
   std::array<double, 3> low, high;
 
@@ -136,7 +136,7 @@ std::array<double, 3> place_of(const PolygonMesh& mesh, std::uint32_t vertex) {
 
 constexpr std::size_t vertex_block = 4096;
 
-// Of the vertices that polygons use.
+// Boxes of the vertices that polygons use.
 struct UsedBoxes {
   std::vector<Box> of_block;
   Box all;
@@ -163,8 +163,8 @@ UsedBoxes boxes_of_used(const PolygonMesh& mesh, std::span<const std::uint8_t> u
   return boxes;
 }
 
-// Whether three vertices span an area: one that rounding of their coordinates could not make. A coordinate
-// that is off by a unit in its last place moves the area by as much times the opposite side.
+// Whether three vertices span an area that rounding of their coordinates could not make. A coordinate that is
+// off by a unit in its last place moves the area by as much times the opposite side.
 bool spans_area(const PolygonMesh& mesh, std::uint32_t a, std::uint32_t b, std::uint32_t c) {
   constexpr double last_places = 16 * std::numeric_limits<double>::epsilon();
   const std::array<std::array<double, 3>, 3> at = {place_of(mesh, a), place_of(mesh, b), place_of(mesh, c)};
@@ -186,7 +186,8 @@ bool spans_area(const PolygonMesh& mesh, std::uint32_t a, std::uint32_t b, std::
   return norm(cross(opposite[1], opposite[2])) > last_places * rounding;
 }
 
-// Calls visit(a, b, c) for the triangles of the fan of a polygon, until it returns true; whether it did.
+// Calls visit(a, b, c) for the triangles of the fan of a polygon until it returns true; returns whether it
+// did.
 template <class Visit>
 bool any_of_fan(const PolygonMesh& mesh, std::uint32_t begin, std::uint32_t end, const Visit& visit) {
   for (std::uint32_t k = begin + 2; k < end; ++k)
@@ -215,7 +216,7 @@ Box box_of_areas(const PolygonMesh& mesh, const UsablePolygons& polygons) {
   return all;
 }
 
-// The first vertex at a side of the box: 0 to 2 are the low sides, 3 to 5 the high ones.
+// The first vertex at a side of the box: sides 0 to 2 are the low ones, 3 to 5 the high ones.
 std::uint32_t vertex_at_side(const PolygonMesh& mesh, std::span<const std::uint8_t> used,
                              const UsedBoxes& boxes, std::size_t side) {
   const auto side_of = [side](const Box& box) { return (side < 3 ? box.low : box.high)[side % 3]; };
@@ -230,8 +231,8 @@ std::uint32_t vertex_at_side(const PolygonMesh& mesh, std::span<const std::uint8
   return no_index;
 }
 
-// Whether a triangle with an area has this vertex. Most files name vertices nearly in their order: corners
-// are looked at from where that would be, outwards. O(C) at worst.
+// Whether a triangle with an area has this vertex. Most files name vertices nearly in their order, so the
+// search goes outwards from where the vertex would be. O(C) at worst.
 bool area_has_vertex(const PolygonMesh& mesh, const UsablePolygons& polygons, std::uint32_t vertex,
                      const CancelToken& cancel) {
   const auto has_area = [&](std::size_t p) {
@@ -244,7 +245,7 @@ bool area_has_vertex(const PolygonMesh& mesh, const UsablePolygons& polygons, st
   constexpr std::size_t at_once = 512;
   const std::size_t blocks = (mesh.corners.size() + at_once - 1) / at_once;
   const std::size_t middle = blocks * vertex / mesh.vertex_count();
-  // A polygon may name a vertex again and again: it is looked at once in each direction.
+  // A polygon may name a vertex again and again: it is tested once in each direction.
   std::array<std::size_t, 2> tried = {no_index, no_index};
   for (std::size_t step = 0; step < 2 * blocks; ++step) {
     const std::size_t distance = (step + 1) / 2, forwards = step % 2;
@@ -266,8 +267,8 @@ bool area_has_vertex(const PolygonMesh& mesh, const UsablePolygons& polygons, st
   return false;
 }
 
-// Whether polygons with an area reach all six sides of the box of all polygons: nearly always, and seen by
-// the first vertex at each side. False does not say the contrary.
+// Whether polygons with an area reach all six sides of the box of all polygons. They nearly always do, as the
+// first vertex at each side shows. False does not mean the contrary.
 bool areas_reach_sides(const PolygonMesh& mesh, const UsablePolygons& polygons, const UsedBoxes& boxes,
                        const CancelToken& cancel) {
   for (std::size_t side = 0; side < 6; ++side)
@@ -297,8 +298,8 @@ void set_frame(const Box& box, PreparedMesh& out) {
   out.diagonal = frame.diagonal;
 }
 
-// Triangles of all usable polygons, without those that name a position twice. within: null, or the box that
-// vertices of polygons without an area may lie outside of; those are left out.
+// Makes the triangles of all usable polygons except those that name a position twice. within: null, or the
+// box outside of which vertices of polygons without an area may lie; these are left out.
 TriangleSoup triangulate(const PolygonMesh& mesh, const UsablePolygons& polygons,
                          std::span<const std::uint32_t> welded, const PreparedMesh& frame, const Box* within,
                          RepairCounts& repairs, const CancelToken& cancel) {
@@ -311,7 +312,7 @@ TriangleSoup triangulate(const PolygonMesh& mesh, const UsablePolygons& polygons
     RepairCounts own;
     const std::size_t own_begin = polygons.first_triangle[first / polygon_block];
     std::size_t count = own_begin;
-    // Always written, and stays if all corners differ, which is the result.
+    // The entry is always written, and stays if all corners differ, which is the result.
     const auto add = [&, triangles = soup.triangles.data(), corner_slot = soup.corner_slot.data(),
                       polygon = soup.polygon.data(), vertex_of = welded.data(),
                       corners = mesh.corners.data()](std::size_t p, std::uint32_t slot0, std::uint32_t slot1,

@@ -1,4 +1,4 @@
-// The triangles of a file before anything is known of their neighbours.
+// The triangles of a file before their neighbors are known.
 #pragma once
 
 #include <algorithm>
@@ -17,7 +17,7 @@ namespace meander {
 
 // T triangles on their way to a PreparedMesh.
 struct TriangleSoup {
-  std::vector<std::uint32_t> triangles;  // 3 T vertices of the file, or the first of those with one position
+  std::vector<std::uint32_t> triangles;    // 3 T file vertices, welded to the first at their position
   std::vector<std::uint32_t> corner_slot;  // 3 T
   std::vector<std::uint32_t> polygon;      // T
 
@@ -26,7 +26,7 @@ struct TriangleSoup {
     resize_large(corner_slot, 3 * count);
     resize_large(polygon, count);
   }
-  // Moves triangles to an earlier place.
+  // Moves triangles to an earlier position.
   void move(std::size_t from, std::size_t to, std::size_t count) {
     if (from == to || count == 0) return;
     std::copy_n(&triangles[3 * from], 3 * count, &triangles[3 * to]);
@@ -55,16 +55,16 @@ class WorkingPositions {
   ExactDivision in_units_;
 };
 
-// The triangles of all usable polygons: of three different vertices, in range and finite. Sets the frame of
-// the working coordinates, the box, the number of vertices that no usable polygon names, and counts in the
-// repairs of `out` what cannot be used. The box is that of the polygons with an area: vertices outside of it,
-// which only polygons without one name, are left out. `weld`: vertices of one position are one. Throws
-// ItemError(empty), (non_finite), (index_out_of_range) or (zero_area) when nothing is left, and (too_large)
-// for more triangles than 32-bit half-edges can number. O(corners), parallel; the same for every thread
-// count.
+// Makes the triangles of all usable polygons: of three different vertices, in range and finite. Sets the
+// frame of the working coordinates, the box and the number of vertices that no usable polygon names, and
+// counts in the repairs of `out` the faces that cannot be used. The box is that of the polygons with an area:
+// vertices outside of it, named only by polygons without area, are left out. `weld`: vertices at one position
+// are one. Throws ItemError: empty, non_finite, index_out_of_range or zero_area when nothing is left;
+// too_large for more triangles than 32-bit half-edges can number. O(corners), parallel; the same for every
+// thread count.
 TriangleSoup read_soup(const PolygonMesh& mesh, bool weld, PreparedMesh& out, const CancelToken& cancel);
 
-// The areas of the triangles, in working units squared.
+// The areas of the triangles, in working units squared. O(T), parallel.
 std::vector<double> soup_areas(const PolygonMesh& mesh, const PreparedMesh& frame, const TriangleSoup& soup);
 
 // Throws the ItemError that says why a mesh with these repairs has no triangle.

@@ -36,8 +36,8 @@ std::vector<PlanePoint> project(std::span<const Vector3> p, Vector3 n) {
   return flat;
 }
 
-// Every corner turns left (or not at all) and the boundary goes round once: a star polygon turns left twice
-// round.
+// Whether every corner turns left (or not at all) and the boundary goes around once: a star polygon goes
+// around twice.
 bool is_convex(std::span<const PlanePoint> p) {
   const std::size_t n = p.size();
   int sign_changes = 0;

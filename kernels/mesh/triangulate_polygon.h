@@ -1,4 +1,4 @@
-// Splitting one polygon into triangles.
+// Triangulation of one polygon.
 #pragma once
 
 #include <cstdint>
@@ -12,9 +12,9 @@ namespace meander {
 
 // Splits a polygon with K >= 3 corners (positions in order) into K - 2 triangles of corner positions 0 .. K -
 // 1: a fan from corner 0 when the polygon, projected along its Newell normal, is convex, ear clipping when it
-// is not. Appends 3 (K - 2) entries to `triangles`. Returns true when ears were clipped. A polygon without a
-// normal (zero area) or one that crosses itself so that no ear is left is fanned from there on: the result
-// always covers every corner. O(K) when convex, else as clip_ears, which checks the token.
+// is not. Appends 3 (K - 2) entries to `triangles` and returns true when ears were clipped. A polygon without
+// a normal (zero area) is fanned, and so is the rest of one that crosses itself when no ear is left: the
+// result always covers every corner. O(K) when convex, otherwise as clip_ears, whose exceptions pass.
 bool triangulate_polygon(std::span<const Vector3> corners, std::vector<std::uint32_t>& triangles,
                          const CancelToken& cancel = {});
 

@@ -22,16 +22,16 @@ std::uint32_t hash_of_position(double x, double y, double z) {
   return static_cast<std::uint32_t>(hash ^ (hash >> 31));
 }
 
-constexpr std::size_t block_vertices = 16384, many_vertices = std::size_t{1} << 18, most_parts = 4;
+constexpr std::size_t block_vertices = 16384, many_vertices = std::size_t{1} << 18, max_parts = 4;
 
-// Hashes that came once and those that came again, one bit each.
+// Hashes that occurred once and hashes that occurred again, one bit each.
 struct HashMarks {
   std::uint64_t once = 0, again = 0;
 };
 
-// Looks the vertices up in a table by their hashes, `welded`, in which each becomes the first vertex at its
-// position. How many were not the first. Nothing where the hashes lie so badly that searches get long:
-// somebody has made the positions so, and the table as far as it is filled is of no use.
+// Looks the vertices up in a table by their hashes in `welded`, where each becomes the first vertex at its
+// position. Returns how many were not the first, or nothing where the hashes collide so badly that searches
+// get long: such positions are adversarial, and the partial table is useless.
 std::optional<std::uint32_t> weld_by_hash(const PolygonMesh& mesh,
                                           const std::vector<std::vector<std::uint32_t>>& vertices,
                                           std::size_t count, std::vector<std::uint32_t>& welded) {
@@ -43,7 +43,7 @@ std::optional<std::uint32_t> weld_by_hash(const PolygonMesh& mesh,
   std::uint64_t steps_left = 64 * std::uint64_t{count} + 4096;
   for (const std::vector<std::uint32_t>& own : vertices)
     for (const std::uint32_t v : own) {
-      // Turned, because what shares a mark shares the low bits of the hash.
+      // Rotated, because vertices that share a mark share the low bits of the hash.
       std::size_t slot = std::rotl(welded[v], 16) & (slots - 1);
       for (; table[slot] != no_index; slot = (slot + 1) & (slots - 1)) {
         const std::uint32_t other = table[slot];
@@ -99,7 +99,7 @@ std::vector<std::uint32_t> weld_vertices(const PolygonMesh& mesh, std::span<cons
     marks_there.again |= marks_there.once & bit;
     marks_there.once |= bit;
   };
-  const std::size_t parts = ranges_for_threads(count, many_vertices, most_parts);
+  const std::size_t parts = ranges_for_threads(count, many_vertices, max_parts);
   if (parts == 1) {
     for (std::size_t v = 0; v < count; ++v) {
       welded[v] = hash_of_position(x[v], y[v], z[v]);
@@ -109,7 +109,7 @@ std::vector<std::uint32_t> weld_vertices(const PolygonMesh& mesh, std::span<cons
     parallel_blocks(count, block_vertices, [&](std::size_t begin, std::size_t end) {
       for (std::size_t v = begin; v < end; ++v) welded[v] = hash_of_position(x[v], y[v], z[v]);
     });
-    // Every thread looks at all hashes, and makes the marks of its own range.
+    // Every thread looks at all hashes and makes the marks of its own range.
     parallel_tasks(parts, [&](std::size_t part) {
       const std::size_t first = marks.size() * part / parts, past = marks.size() * (part + 1) / parts;
       for (std::size_t v = 0; v < count; ++v)

@@ -1,4 +1,4 @@
-// Vertices of equal position.
+// Welding of vertices at equal positions.
 #pragma once
 
 #include <cstdint>
@@ -9,10 +9,9 @@
 
 namespace meander {
 
-// For every vertex that is used the lowest used one with the bits of its position (-0 = 0), no_index for
-// others; positions of used vertices must be finite. Counts in repairs the vertices that are replaced. O(V),
-// at most 8 bytes a vertex of scratch, and 20 for each that may be equal to another. Parallel where vertices
-// are many.
+// For every used vertex, the smallest used vertex with the bits of its position (-0 = 0); no_index for unused
+// vertices. Positions of used vertices must be finite. Counts in repairs the vertices that are replaced.
+// O(V); parallel for many vertices.
 std::vector<std::uint32_t> weld_vertices(const PolygonMesh& mesh, std::span<const std::uint8_t> used,
                                          RepairCounts& repairs);
 

@@ -45,8 +45,8 @@ std::vector<std::string> validate(const SampleParameters& p) {
   check_range(problems, "curve depth", p.locator.curve.max_depth, 1, 31);
   check_range(problems, "sheets", p.locator.max_sheets, 1, 16);
   check_range(problems, "coarse triangles per sample", p.coarsen.triangles_per_sample, 0.25, 1e12);
-  check_range(problems, "coarse triangles", p.coarsen.least_triangles, 64, 2147483648.0);
-  check_range(problems, "coarse triangles of a component", p.coarsen.least_of_component, 64, 2147483648.0);
+  check_range(problems, "coarse triangles", p.coarsen.min_triangles, 64, 2147483648.0);
+  check_range(problems, "coarse triangles of a component", p.coarsen.min_of_component, 64, 2147483648.0);
   check_range(problems, "extremity seams", p.cut.extremity_seams, 0, 16);
   check_range(problems, "extra seams", p.flatten.max_extra_seams, 0, 64);
   check_range(problems, "effort", p.flatten.effort, 0.0, 1e6);

@@ -294,8 +294,8 @@ SampleSettings make_chart_constants() {
   };
   coarse("coarse_mean_distortion", [](const P&) { return coarse_mean_distortion; });
   coarse("coarse_elements_per_sample", [](const P& p) { return coarse_elements_per_sample(p.samples); });
-  coarse("coarse_least_of_component", [](const P& p) { return p.coarsen.least_of_component; });
-  coarse("coarse_least_triangles", [](const P& p) { return p.coarsen.least_triangles; });
+  coarse("coarse_least_of_component", [](const P& p) { return p.coarsen.min_of_component; });
+  coarse("coarse_least_triangles", [](const P& p) { return p.coarsen.min_triangles; });
   coarse("coarse_triangles_per_sample", [](const P& p) { return p.coarsen.triangles_per_sample; });
   const auto add = [&list](const char* name, auto get) {
     list.constant(name, get).only_recorded(follows_tensor);

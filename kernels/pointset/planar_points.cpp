@@ -6,7 +6,7 @@
 
 #include "kernels/core/parallel.h"
 #include "kernels/core/random.h"
-#include "kernels/curve/curve_point.h"
+#include "kernels/pointset/curve_point.h"
 #include "kernels/pointset/iterative_points.h"
 #include "kernels/sample/place_samples.h"
 
@@ -92,7 +92,7 @@ PlanarPoints at_leaves(std::uint32_t count, double leaves_per_point, RandomKey k
   const double leaves = std::ldexp(1.0, 2 * level);
   const std::vector<double> t = sample_sequence(SequenceKind::stratified, count, 0, key);
   return by_index(count, [&](std::uint32_t i) {
-    return curve_cell_centre(CurveKind::hilbert, static_cast<std::uint64_t>(t[i] * leaves), level);
+    return curve_cell_center(CurveKind::hilbert, static_cast<std::uint64_t>(t[i] * leaves), level);
   });
 }
 

@@ -140,7 +140,7 @@ void add_centroid_conflicts(ChartWork& work, const ChartScene& scene, const Canc
 // Elements, which are as many at least, are kept in bounds where charts do so again and again.
 std::uint64_t most_hits(const LocateParameters& parameters, std::size_t triangles) {
   constexpr double layers = 2;
-  return static_cast<std::uint64_t>(layers * most_leaves_per_mass(parameters.curve.kind) *
+  return static_cast<std::uint64_t>(layers * max_leaves_per_mass(parameters.curve.kind) *
                                     parameters.curve.leaves_per_sample *
                                     static_cast<double>(parameters.samples)) +
          triangles;

@@ -74,7 +74,7 @@ double density_at(const PreparedMesh& mesh, const Density& density, std::uint32_
 // what memory is reserved for.
 std::uint64_t leaf_limit(const Component& component, double mass, const RayPlan& plan, CurveKind kind) {
   const double expected = plan.leaf_mass > 0 ? mass / plan.leaf_mass : 0;
-  return static_cast<std::uint64_t>(most_leaves_per_mass(kind) * expected) + component.triangle_end -
+  return static_cast<std::uint64_t>(max_leaves_per_mass(kind) * expected) + component.triangle_end -
          component.triangle_begin + 1024;
 }
 

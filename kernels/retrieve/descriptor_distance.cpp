@@ -16,10 +16,10 @@ namespace {
 constexpr std::uint32_t lanes = distance_lanes;
 constexpr std::size_t tile_rows = 64;  // 16 KiB at width 64: stays in the first-level cache
 constexpr std::size_t block_bytes = std::size_t{32} << 20;
-constexpr std::size_t most_block_queries = 256;
-constexpr std::size_t most_scale_pairs = 32768;
+constexpr std::size_t max_block_queries = 256;
+constexpr std::size_t max_scale_pairs = 32768;
 
-// The kind is chosen outside the loop over rows.
+// The kind is chosen outside of the loop over rows.
 void row_distances(const DescriptorBase& base, const DescriptorBase::Block& block, const float* query,
                    std::size_t begin, std::span<float> out) {
   const RowDistanceLoops& loops = row_distance_loops(base.instructions);
@@ -50,7 +50,7 @@ const float* row_of(const DescriptorBase::Block& block, std::size_t row) {
   return block.values.data() + row * block.stride;
 }
 
-// query(b): the row of block b.
+// Sets the distances from query(b), the row of block b.
 template <class Query>
 void distances_to(const DescriptorBase& base, const Query& query, std::size_t begin, std::span<float> out) {
   if (base.blocks.size() == 1) return row_distances(base, base.blocks[0], query(0), begin, out);
@@ -99,13 +99,13 @@ double mean_distance(const DescriptorBase& base, const DescriptorBase::Block& bl
 std::vector<std::pair<std::uint32_t, std::uint32_t>> scale_pairs(std::size_t rows) {
   std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;
   if (rows < 2) return pairs;
-  if (rows <= most_scale_pairs && rows * (rows - 1) / 2 <= most_scale_pairs) {
+  if (rows <= max_scale_pairs && rows * (rows - 1) / 2 <= max_scale_pairs) {
     for (std::uint32_t i = 0; i < rows; ++i)
       for (std::uint32_t j = 0; j < i; ++j) pairs.emplace_back(i, j);
     return pairs;
   }
   const RandomKey key = make_random_key(0, {});
-  for (std::size_t p = 0; p < most_scale_pairs; ++p) {
+  for (std::size_t p = 0; p < max_scale_pairs; ++p) {
     const UnitPair u = random_pair(key, Stream::pair_scale, p);
     const auto i = static_cast<std::uint32_t>(u.first * static_cast<double>(rows));
     const auto other = static_cast<std::uint32_t>(u.second * static_cast<double>(rows - 1));
@@ -221,7 +221,7 @@ void visit_distances(const DescriptorBase& base, std::size_t begin, std::size_t 
   if (begin > end || end > n) throw std::invalid_argument("there are no such rows in the base");
   if (begin == end) return;
   if (block_queries == 0)
-    block_queries = std::clamp<std::size_t>(block_bytes / (n * sizeof(float)), 1, most_block_queries);
+    block_queries = std::clamp<std::size_t>(block_bytes / (n * sizeof(float)), 1, max_block_queries);
   block_queries = std::min(block_queries, end - begin);
   std::vector<float> distances(block_queries * n);
   for (std::size_t first = begin; first < end; first += block_queries) {

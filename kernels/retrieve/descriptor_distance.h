@@ -12,16 +12,16 @@
 
 namespace meander {
 
-// Of rows a and b of B numbers:
+// The distance of rows a and b of B numbers:
 //   l1      sum |a - b|: twice the total variation of histograms of sum 1
 //   l2      sqrt(sum (a - b)^2)
 //   emd     sum |A - B| over the running sums A, B: the earth mover's distance in one dimension, in bins, of
-//           rows of equal sum (Vallender 1974; Rubner, Tomasi and Guibas 2000); for others the running sums
-//           are compared all the same, so that it stays a metric
-//   chi2    1/2 sum (a - b)^2 / (|a| + |b|), bins that are zero in both left out; no metric (its root is one
-//           for rows that are not negative)
-//   cosine  1 - cos(angle between a and b); no metric. A row of zeros has distance 1/2 from every other
-//           row but rows of zeros, 0 from those
+//           rows of equal sum (Vallender 1974; Rubner, Tomasi and Guibas 2000). Running sums of other rows
+//           are compared too, so that it stays a metric.
+//   chi2    1/2 sum (a - b)^2 / (|a| + |b|), without bins that are zero in both; not a metric (its root is
+//           one for rows that are not negative)
+//   cosine  1 - cos(angle between a and b); not a metric. A row of zeros has distance 1/2 from every other
+//           row, and 0 from rows of zeros.
 // All are symmetric and exactly zero between equal rows.
 enum class DistanceKind : std::uint8_t { l1, l2, emd, chi2, cosine };
 
@@ -46,41 +46,42 @@ struct DescriptorBase {
   std::vector<Block> blocks;
 };
 
-// Takes blocks that all have the same number of rows. One block keeps its distance (scale 1). With several,
-// the scale of each is its mean distance over pairs of different rows, so that all have the same influence:
-// over all pairs when there are at most 32768, else over 32768 pairs drawn with a fixed key (the standard
-// error of the mean is then below 1 % for distances that spread as much as their mean). A block whose mean is
-// zero, all its rows being equal, has scale 1 and adds nothing. Numbers must be finite; throws
-// std::invalid_argument when not, when lengths do not fit, when there is no block, when a weight is not
-// positive, or when the processor lacks the instructions. O(rows x width), memory of the values once more.
+// Makes a base of blocks that all have the same number of rows. One block keeps its distance (scale 1). With
+// several, the scale of each is its mean distance over pairs of different rows, so that all have the same
+// influence: over all pairs when there are at most 32768, otherwise over 32768 pairs drawn with a fixed key
+// (the standard error of the mean is then below 1 % for distances that spread as much as their mean). A block
+// whose mean is zero, because all its rows are equal, has scale 1 and adds nothing. Throws
+// std::invalid_argument when a number is not finite, lengths do not fit, there is no block, a weight is not
+// positive, or the processor lacks the instructions. O(rows x width) time, and memory for another copy of the
+// values.
 DescriptorBase make_descriptor_base(std::span<const DescriptorBlock> blocks, DistanceKind kind,
                                     InstructionSet instructions = InstructionSet::automatic);
 
-// Distance of rows i and j of the base. Each block is summed in float, 16 lanes in a fixed order: relative
-// error about 1e-6, the same bits on every machine and for (j, i).
+// The distance of rows i and j of the base. Each block is summed in float, 16 lanes in a fixed order:
+// relative error about 1e-6, the same bits on every machine and for (j, i).
 float descriptor_distance(const DescriptorBase& base, std::size_t i, std::size_t j);
 
-// The same base in steps, for values that come in parts and must be in memory once: blocks of the widths and
-// weights of `blocks`, whose values are not read; then room for rows; then their values in any order; then
-// the scales. The base is that of make_descriptor_base, to the bit.
+// Makes the same base in steps, for values that come in parts and should be in memory once: blocks of the
+// widths and weights of `blocks`, whose values are not read; then space for rows; then their values in any
+// order; then the scales. The base is that of make_descriptor_base, to the bit.
 DescriptorBase empty_descriptor_base(std::span<const DescriptorBlock> blocks, DistanceKind kind,
                                      InstructionSet instructions = InstructionSet::automatic);
 void resize_descriptor_base(DescriptorBase& base, std::size_t rows);
-// values: `width` finite numbers of block `number`. May be called for different rows at once.
+// values: `width` finite numbers of block `number`. Different rows may be set concurrently.
 void set_descriptor_row(DescriptorBase& base, std::size_t number, std::size_t row,
                         std::span<const float> values);
-// The pairs of rows whose mean distance is the scale of a block, of a base of `rows` rows.
+// The pairs of rows whose mean distance is the scale of a block, for a base of `rows` rows.
 std::vector<std::pair<std::uint32_t, std::uint32_t>> scale_pairs(std::size_t rows);
-// Sets the scales from pairs of rows of this base (which may hold a few rows of a larger one only). Does
+// Sets the scales from pairs of rows of this base (which may hold only a few rows of a larger one). Does
 // nothing for a single block.
 void set_descriptor_scales(DescriptorBase& base,
                            std::span<const std::pair<std::uint32_t, std::uint32_t>> pairs);
 
-// Distances of rows [begin, begin + out.size()) to row `query`.
+// The distances of rows [begin, begin + out.size()) to row `query`.
 void descriptor_distances(const DescriptorBase& base, std::size_t query, std::size_t begin,
                           std::span<float> out);
 
-// A row that the base does not hold, laid out like its rows.
+// A row outside of the base, laid out like its rows.
 struct DescriptorQuery {
   std::vector<std::vector<float>> blocks;  // stride numbers each
 };
@@ -88,20 +89,21 @@ struct DescriptorQuery {
 // not fit the base or one is not finite.
 DescriptorQuery make_descriptor_query(const DescriptorBase& base, std::span<const float> values);
 
-// Distances of rows [begin, begin + out.size()) to the query: the bits that an equal row of the base has.
+// The distances of rows [begin, begin + out.size()) to the query: the same bits as for an equal row of the
+// base.
 void descriptor_distances(const DescriptorBase& base, const DescriptorQuery& query, std::size_t begin,
                           std::span<float> out);
 
-// Distances of block `number` alone, not scaled, of the same rows.
+// The unscaled distances of block `number` alone, for the same rows.
 void block_distances(const DescriptorBase& base, std::size_t number, std::size_t query, std::size_t begin,
                      std::span<float> out);
 
-// The whole distance matrix in blocks of queries, never in memory at once: calls visit(first, distances) in
-// ascending order on the calling thread, distances being count x rows, row by row (row q of them belongs to
-// query first + q and holds its distance to every row, itself included). The distances of a block are made in
-// parallel; each equals descriptor_distance bit for bit, for every block size and thread count.
-// block_queries = 0: as many as fit into 32 MiB, at most 256. The second form visits the rows [begin, end) as
-// queries only.
+// Visits the whole distance matrix in blocks of queries, never in memory at once: calls visit(first,
+// distances) in ascending order on the calling thread, where distances is count x rows, row by row (its row q
+// belongs to query first + q and holds its distance to every row, itself included). The distances of a block
+// are computed in parallel; each equals descriptor_distance bit for bit, for every block size and thread
+// count. block_queries = 0: as many as fit into 32 MiB, at most 256. The second form visits only the rows
+// [begin, end) as queries.
 using DistanceVisitor = std::function<void(std::size_t first, std::span<const float> distances)>;
 void visit_distances(const DescriptorBase& base, const DistanceVisitor& visit, std::size_t block_queries = 0);
 void visit_distances(const DescriptorBase& base, std::size_t begin, std::size_t end,

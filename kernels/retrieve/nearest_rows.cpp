@@ -17,8 +17,8 @@ bool nearer(const NearRow& a, const NearRow& b) {
 
 constexpr std::size_t no_row = NearestSearch::no_row;
 
-// Rows number(0), number(1), ... at these distances, but for row `own`, go into a heap of at most `k`, the
-// worst on top: most rows fail one comparison.
+// Puts rows number(0), number(1), ... at these distances, except for row `own`, into a heap of at most `k`,
+// the farthest on top: most rows fail one comparison.
 template <class Number>
 void keep_nearest(std::span<const float> distances, const Number& number, std::size_t own, std::size_t k,
                   std::vector<NearRow>& heap) {
@@ -37,7 +37,7 @@ void keep_nearest(std::span<const float> distances, const Number& number, std::s
   }
 }
 
-// Row `query` is left out.
+// The nearest rows; row `query` is left out.
 std::vector<NearRow> pick_nearest(std::span<const float> distances, std::size_t query, std::size_t k) {
   std::vector<NearRow> heap;
   heap.reserve(std::min(k, distances.size()));
@@ -47,7 +47,7 @@ std::vector<NearRow> pick_nearest(std::span<const float> distances, std::size_t 
   return heap;
 }
 
-// query: the number of a row, or a row outside the base.
+// query: the index of a row, or a row outside of the base.
 template <class Query>
 std::vector<float> all_distances(const DescriptorBase& base, const Query& query) {
   std::vector<float> distances(base.rows);

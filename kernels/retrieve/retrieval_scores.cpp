@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <bit>
-#include <cmath>
 #include <limits>
 #include <stdexcept>
 
@@ -18,13 +17,13 @@ struct TiedPlaces {
   std::size_t rows_before = 0, hits_before = 0, size = 0, hits = 0;
 };
 
-// Sorts as the ranked list does: by distance (not negative, so that its bits are in order), then, where ties
+// Sorts like the ranked list: by distance (not negative, so that its bits are in order), then, where ties
 // have an order, by row.
 std::uint64_t place_key(float distance, std::uint32_t row, bool by_row) {
   return std::uint64_t{std::bit_cast<std::uint32_t>(distance)} << 32 | (by_row ? row : 0);
 }
 
-// std::lower_bound without branches: which half a row falls into cannot be predicted.
+// Does the work of std::lower_bound without branches: the half that a row falls into cannot be predicted.
 std::size_t first_not_below(std::span<const std::uint64_t> keys, std::uint64_t key) {
   const std::uint64_t* at = keys.data();
   for (std::size_t left = keys.size(); left > 1;) {
@@ -35,8 +34,8 @@ std::size_t first_not_below(std::span<const std::uint64_t> keys, std::uint64_t k
   return static_cast<std::size_t>(at - keys.data()) + (*at < key ? 1 : 0);
 }
 
-// The places of the hits, from the distances alone: the other rows are only counted between them, so that no
-// list is sorted but that of the hits.
+// The places of the hits, from the distances alone: the other rows are only counted between them, so that
+// only the list of hits is sorted.
 std::vector<TiedPlaces> places_of_hits(const RetrievalTask& task, std::size_t query,
                                        std::span<const float> distances) {
   const std::uint32_t own = task.label[query];
@@ -54,8 +53,8 @@ std::vector<TiedPlaces> places_of_hits(const RetrievalTask& task, std::size_t qu
     }
     ++places.back().hits;
   }
-  // others[g]: rows behind group g-1 and before group g; tied[g]: level with group g. All rows are counted,
-  // then those of the class are taken away again: cheaper than asking for every label.
+  // others[g]: rows behind group g-1 and before group g; tied[g]: rows level with group g. All rows are
+  // counted, then those of the class are subtracted: cheaper than testing every label.
   std::vector<std::size_t> others(heads.size() + 1, 0), tied(heads.size() + 1, 0);
   heads.push_back(~std::uint64_t{0});
   for (std::size_t row = 0; row < distances.size(); ++row) {
@@ -81,7 +80,7 @@ std::vector<TiedPlaces> places_of_hits(const RetrievalTask& task, std::size_t qu
   return places;
 }
 
-// Expected number of hits in the first `length` places.
+// The expected number of hits in the first `length` places.
 double expected_hits(std::span<const TiedPlaces> places, std::size_t length) {
   double sum = 0;
   for (const TiedPlaces& p : places) {
@@ -92,9 +91,9 @@ double expected_hits(std::span<const TiedPlaces> places, std::size_t length) {
   return sum;
 }
 
-// Expected value of (H + m) / (P + X), X being the place of the m-th of r hits that stand in random order
+// The expected value of (H + m) / (P + X), with X the place of the m-th of r hits that stand in random order
 // among n places: Pr(X = x) ~ C(x-1, m-1) C(n-x, r-m). The weights are built up from the most likely place to
-// both sides until they no longer count.
+// both sides until they are negligible.
 double expected_precision(const TiedPlaces& p, std::size_t m) {
   const std::size_t n = p.size, r = p.hits;
   const auto precision = [&](std::size_t x) {
@@ -107,9 +106,9 @@ double expected_precision(const TiedPlaces& p, std::size_t m) {
            static_cast<double>(n - x);
   };
   constexpr double negligible = 1e-18;
-  const std::size_t least = m, most = n - r + m;
+  const std::size_t min = m, max = n - r + m;
   // The ratio falls with x: the mode is where it passes 1.
-  std::size_t low = least, high = most;
+  std::size_t low = min, high = max;
   while (low < high) {
     const std::size_t middle = low + (high - low) / 2;
     if (step(middle) >= 1)
@@ -118,14 +117,14 @@ double expected_precision(const TiedPlaces& p, std::size_t m) {
       high = middle;
   }
   double weight = 1, weights = 1, sum = precision(low);
-  for (std::size_t x = low; x < most; ++x) {
+  for (std::size_t x = low; x < max; ++x) {
     weight *= step(x);
     if (weight < negligible) break;
     weights += weight;
     sum += weight * precision(x + 1);
   }
   weight = 1;
-  for (std::size_t x = low; x > least; --x) {
+  for (std::size_t x = low; x > min; --x) {
     weight /= step(x - 1);
     if (weight < negligible) break;
     weights += weight;
@@ -136,12 +135,12 @@ double expected_precision(const TiedPlaces& p, std::size_t m) {
 
 std::vector<std::pair<std::uint32_t, double>> classes_of_nearest(const RetrievalTask& task, std::size_t query,
                                                                  std::span<const float> distances) {
-  float least = std::numeric_limits<float>::infinity();
+  float nearest = std::numeric_limits<float>::infinity();
   for (std::size_t row = 0; row < distances.size(); ++row)
-    if (row != query) least = std::min(least, distances[row]);
+    if (row != query) nearest = std::min(nearest, distances[row]);
   std::vector<std::uint32_t> classes;
   for (std::size_t row = 0; row < distances.size(); ++row)
-    if (row != query && distances[row] == least) {
+    if (row != query && distances[row] == nearest) {
       classes.push_back(task.label[row]);
       if (task.psb_compat) break;
     }

@@ -46,16 +46,16 @@ struct SquaredTerm {
     return (a - b) * (a - b);
   }
 };
-// Never divides by zero: where both are zero, so is the numerator.
+// Never divides by zero: the numerator is zero where both are zero.
 struct RelativeTerm {
   template <class Vector>
   static MEANDER_INLINE Vector of(const Vector& a, const Vector& b) {
-    const Vector sum = magnitude(a) + magnitude(b), least = Vector{} + FLT_MIN;
-    return (a - b) * (a - b) / (sum < least ? least : sum);
+    const Vector sum = magnitude(a) + magnitude(b), min = Vector{} + FLT_MIN;
+    return (a - b) * (a - b) / (sum < min ? min : sum);
   }
 };
 
-// Lanes l + 8 are added to l, then l + 4 to l.
+// Adds lanes l + 8 to l, then l + 4 to l.
 MEANDER_INLINE Vector4 quarter_sum(const Vector4 (&v)[4]) { return (v[0] + v[2]) + (v[1] + v[3]); }
 MEANDER_INLINE Vector4 quarter_sum(const Vector8 (&v)[2]) {
   const Vector8 half = v[0] + v[1];
@@ -67,7 +67,7 @@ MEANDER_INLINE Vector4 quarter_sum(const Vector16 (&v)[1]) {
   return quarter_sum(half);
 }
 
-// The last two halvings, (v[0] + v[2]) + (v[1] + v[3]), of four vectors at once.
+// Does the last two halvings, (v[0] + v[2]) + (v[1] + v[3]), of four vectors at once.
 MEANDER_INLINE Vector4 four_sums(const Vector4 (&v)[4]) {
   const Vector4 a =
       __builtin_shufflevector(v[0], v[1], 0, 4, 1, 5) + __builtin_shufflevector(v[0], v[1], 2, 6, 3, 7);
@@ -76,8 +76,8 @@ MEANDER_INLINE Vector4 four_sums(const Vector4 (&v)[4]) {
   return __builtin_shufflevector(a, b, 0, 1, 4, 5) + __builtin_shufflevector(a, b, 2, 3, 6, 7);
 }
 
-// Four rows are added up together; `abreast` of them run side by side, so that their sums do not wait for
-// each other, as far as there are registers.
+// Adds four rows at a time; `abreast` of them run side by side as far as there are registers, so that their
+// sums do not wait for each other.
 template <class Term, class Vector, std::size_t abreast>
 MEANDER_INLINE void row_distances(const float* query, const float* rows, std::size_t stride,
                                   std::size_t count, float* out) {

@@ -15,7 +15,7 @@ namespace {
 constexpr std::size_t queries_at_once = 256;
 constexpr double equal_within = 1e-12;
 
-// Distances of one query, of every block and of one combination.
+// Distances of one query: of every block, and of one combination.
 struct QueryLists {
   std::vector<float> of_blocks, combined;
 };
@@ -68,7 +68,7 @@ std::vector<RetrievalSummary> score_combinations(const DescriptorBase& base, con
         scores[q * settings + s] =
             score_query(task, query, combined_distances(base, combinations[s], lists)).scores;
     });
-    // Sums in the order of the rows, as summarise takes them.
+    // Sums are in the order of the rows, as in summarise.
     for (std::size_t q = 0; q < count; ++q)
       for (std::size_t s = 0; s < settings; ++s) {
         result[s].micro += scores[q * settings + s];
@@ -113,9 +113,9 @@ namespace {
 
 std::size_t first_of_largest(std::span<const double> values) {
   if (values.empty()) throw std::invalid_argument("no setting to choose from");
-  const double most = *std::max_element(values.begin(), values.end());
+  const double max = *std::max_element(values.begin(), values.end());
   return static_cast<std::size_t>(
-      std::find_if(values.begin(), values.end(), [&](double v) { return v >= most - equal_within; }) -
+      std::find_if(values.begin(), values.end(), [&](double v) { return v >= max - equal_within; }) -
       values.begin());
 }
 
@@ -144,7 +144,7 @@ class TrainingValues {
     if (without == no_class) return total / queries_;
     return (total - by_class[without] * members_of(without)) / (queries_ - members_of(without));
   }
-  // The standard error of the difference of two means, classes being drawn as a whole.
+  // The standard error of the difference of two means, with classes drawn as a whole.
   double error_of_difference(std::span<const double> a, std::span<const double> b,
                              std::size_t without) const {
     const double mean = value(a, without) - value(b, without);
@@ -237,7 +237,7 @@ LeftOutScores leave_one_class_out(const RetrievalTask& task, std::span<const Ret
 
 namespace {
 
-// Weights of all blocks, the largest 1: how the search remembers a combination.
+// The weights of all blocks, with a maximum of 1, which identify a combination in the search.
 using Weights = std::vector<double>;
 
 Weights with_largest_one(Weights weights) {
@@ -296,7 +296,7 @@ class WeightAscent {
     std::vector<Weights> path;  // the present weights last
   };
 
-  // Every course takes the best weight of one block. True when one of them changed.
+  // Takes the best weight of one block in every course. True when a course changed.
   bool climb(std::size_t block) {
     std::vector<std::vector<Weights>> of_course;
     std::vector<Weights> all;
@@ -325,7 +325,7 @@ class WeightAscent {
     return changed;
   }
 
-  // Scores those that are not known yet.
+  // Scores the weights that are not known yet.
   void score(const std::vector<Weights>& wanted) {
     std::vector<Weights> missing;
     std::vector<BlockCombination> combinations;
@@ -334,7 +334,7 @@ class WeightAscent {
         missing.push_back(weights);
         combinations.push_back(combination_of(weights));
       }
-    constexpr std::size_t at_once = 256;  // 53 KB each
+    constexpr std::size_t at_once = 256;  // summaries in memory
     for (std::size_t begin = 0; begin < missing.size(); begin += at_once) {
       const std::size_t count = std::min(at_once, missing.size() - begin);
       const std::vector<RetrievalSummary> summaries =

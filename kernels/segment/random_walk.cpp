@@ -18,13 +18,13 @@ namespace {
 constexpr std::size_t triangle_block = 1 << 12;
 constexpr std::size_t batch_size = 16;       // right-hand sides per pass over the factor
 constexpr std::size_t round_size = 8;        // batches in memory at once
-constexpr double least_weight = 1e-8;        // of the largest weight of a component
-constexpr double accurate = 1e-9;            // probabilities off by more are refined
+constexpr double min_weight = 1e-8;          // of the largest weight of a component
+constexpr double accurate = 1e-9;            // probabilities with larger errors are refined
 constexpr double equal_probability = 1e-12;  // closer values are ties, so that rounding does not decide
 
-// One side of an edge, in the frame whose x axis is that side's half-edge and y points into the triangle: the
-// step from the centroid to the middle of the edge, and the mean log S of the triangle. The other side's
-// frame is this one turned by 180 degrees, so steps of both sides add up and tensors agree.
+// One side of an edge, in the frame whose x axis is that side's half-edge and whose y axis points into the
+// triangle: the step from the centroid to the middle of the edge, and the mean log S of the triangle. The
+// other side's frame is this one rotated by 180 degrees, so steps of both sides add up and tensors agree.
 struct HalfStep {
   double x = 0, y = 0;
   TangentTensor log_spacing;
@@ -41,14 +41,15 @@ std::array<HalfStep, 3> half_steps(const PreparedMesh& mesh, const TensorField& 
     const TangentFrame frame = triangle_frame(mesh, t);
     corner[1] = {dot(e1, frame.x), dot(e1, frame.y)};
     corner[2] = {dot(e2, frame.x), dot(e2, frame.y)};
-  } else {  // its corners lie on a line
+  } else {
+    // The corners lie on a line.
     const double length = norm(e1);
     corner[1] = {length, 0};
     corner[2] = {length > 0 ? dot(e2, e1) / length : norm(e2), 0};
   }
   const TangentTensor mean =
       (1.0 / 3) * (field.corner[3 * t] + field.corner[3 * t + 1] + field.corner[3 * t + 2]);
-  const double centre_x = (corner[1][0] + corner[2][0]) / 3, centre_y = (corner[1][1] + corner[2][1]) / 3;
+  const double center_x = (corner[1][0] + corner[2][0]) / 3, center_y = (corner[1][1] + corner[2][1]) / 3;
   std::array<HalfStep, 3> steps;
   for (std::size_t k = 0; k < 3; ++k) {
     const auto& a = corner[k];
@@ -57,7 +58,7 @@ std::array<HalfStep, 3> half_steps(const PreparedMesh& mesh, const TensorField& 
     const double length = portable::hypot(dx, dy);
     dx = length > 0 ? dx / length : 1;
     dy = length > 0 ? dy / length : 0;
-    const double mx = 0.5 * (a[0] + b[0]) - centre_x, my = 0.5 * (a[1] + b[1]) - centre_y;
+    const double mx = 0.5 * (a[0] + b[0]) - center_x, my = 0.5 * (a[1] + b[1]) - center_y;
     steps[k] = {mx * dx + my * dy, dx * my - dy * mx, {}, has_area};
     if (has_area) steps[k].log_spacing = in_turned_frame(mean, dx, dy);
   }
@@ -78,7 +79,7 @@ double bend(const HalfStep& a, const HalfStep& b) {
   return std::max(0.0, 1 - cosine * cosine) * directed;
 }
 
-// The walk on one component: its unseeded triangles are the unknowns.
+// The walk on one component; its unseeded triangles are the unknowns.
 class WalkSystem {
  public:
   WalkSystem(const PreparedMesh& mesh, const Component& component, std::span<const double> weight,
@@ -100,14 +101,15 @@ class WalkSystem {
       unknown_[i] = static_cast<std::uint32_t>(triangle_.size());
       triangle_.push_back(i);
     }
-    if (seeds.size() > 1 && !triangle_.empty()) factorise(cancel);
+    if (seeds.size() > 1 && !triangle_.empty()) factorize(cancel);
   }
 
-  // Unknowns, as triangles counted from the component's first.
+  // The unknowns as triangles, counted from the component's first.
   std::span<const std::uint32_t> triangles() const { return triangle_; }
   std::size_t batches() const { return (seeds_.size() + batch_size - 1) / batch_size; }
 
-  // Probabilities of the seeds of a batch: those of unknown u at result[u * columns(batch)].
+  // The number of columns of a batch, and the probabilities of its seeds: those of unknown u at result[u *
+  // columns(batch)].
   std::size_t columns(std::size_t batch) const {
     const std::size_t count = std::min(batch_size, seeds_.size() - batch * batch_size);
     return count > 8 ? 16 : count > 4 ? 8 : count > 2 ? 4 : count;
@@ -123,15 +125,15 @@ class WalkSystem {
 
  private:
   // The triangle across h, counted from the component's first.
-  std::uint32_t neighbour_of(std::uint32_t h) const {
+  std::uint32_t neighbor_of(std::uint32_t h) const {
     const std::uint32_t other = mesh_.opposite[h];
     if (other == no_index || other / 3 == h / 3) return no_index;
     return other / 3 - component_.triangle_begin;
   }
 
-  // Probabilities that go to seed_value(seed, column) at the seeds; `values` must be 0. Where the factor has
-  // lost digits (long surfaces of very unequal weights), refined: the residual is a sum of differences
-  // between neighbours and hence accurate.
+  // Adds the probabilities whose values at the seeds are seed_value(seed, column); `values` must be 0. Where
+  // the factor has lost digits (long surfaces of very unequal weights), they are refined: the residual is a
+  // sum of differences between neighbors and hence accurate.
   template <class SeedValue>
   void add_solution(std::vector<double>& values, std::size_t width, const SeedValue& seed_value) const {
     std::vector<double> correction(values.size());
@@ -141,12 +143,12 @@ class WalkSystem {
         std::fill(residual, residual + width, 0.0);
         const std::uint32_t t = component_.triangle_begin + triangle_[u];
         for (std::uint32_t h = 3 * t; h < 3 * t + 3; ++h) {
-          const std::uint32_t neighbour = neighbour_of(h);
-          if (neighbour == no_index) continue;
-          const std::uint32_t v = unknown_[neighbour];
+          const std::uint32_t neighbor = neighbor_of(h);
+          if (neighbor == no_index) continue;
+          const std::uint32_t v = unknown_[neighbor];
           if (pass == 0 && v != no_index) continue;  // all values are 0
           for (std::size_t c = 0; c < width; ++c) {
-            const double across = v == no_index ? seed_value(seed_[neighbour], c) : values[v * width + c];
+            const double across = v == no_index ? seed_value(seed_[neighbor], c) : values[v * width + c];
             residual[c] += weight_[h] * (across - values[u * width + c]);
           }
         }
@@ -156,7 +158,7 @@ class WalkSystem {
     }
   }
 
-  void factorise(const CancelToken& cancel) {
+  void factorize(const CancelToken& cancel) {
     UnknownGraph graph;
     std::vector<double> values, diagonal(triangle_.size(), 0.0);
     graph.begin.reserve(triangle_.size() + 1);
@@ -164,24 +166,24 @@ class WalkSystem {
     for (std::size_t u = 0; u < triangle_.size(); ++u) {
       const std::uint32_t t = component_.triangle_begin + triangle_[u];
       for (std::uint32_t h = 3 * t; h < 3 * t + 3; ++h) {
-        const std::uint32_t neighbour = neighbour_of(h);
-        if (neighbour == no_index) continue;
+        const std::uint32_t neighbor = neighbor_of(h);
+        if (neighbor == no_index) continue;
         diagonal[u] += weight_[h];
-        if (unknown_[neighbour] == no_index) continue;
-        graph.neighbours.push_back(unknown_[neighbour]);
+        if (unknown_[neighbor] == no_index) continue;
+        graph.neighbors.push_back(unknown_[neighbor]);
         values.push_back(-weight_[h]);
       }
-      graph.begin.push_back(static_cast<std::uint32_t>(graph.neighbours.size()));
+      graph.begin.push_back(static_cast<std::uint32_t>(graph.neighbors.size()));
     }
     const std::vector<std::uint32_t> order = elimination_order(graph);
     cancel.check();
-    // Where rounding makes a pivot non-positive, walks that may stop on the way are used instead.
+    // Where rounding makes a pivot non-positive, walks may stop on the way.
     for (const double stop : {0.0, 1e-14, 1e-12, 1e-10}) {
       std::vector<double> raised = diagonal;
       for (double& d : raised) d *= 1 + stop;
-      cholesky_.factorise(graph, values, raised, order, cancel);
+      cholesky_.factorize(graph, values, raised, order, cancel);
       if (!cholesky_.succeeded()) continue;
-      // A walk meets some seed: the solution for all of them together is 1, and shows what the factor lost.
+      // A walk meets some seed, so the solution for all of them together is 1 and shows what the factor lost.
       std::vector<double> any(triangle_.size(), 0.0);
       add_solution(any, 1, [](std::uint32_t, std::size_t) { return 1.0; });
       double lost = 0;
@@ -198,7 +200,7 @@ class WalkSystem {
   const Component& component_;
   std::span<const double> weight_;
   std::span<const std::uint32_t> seeds_;
-  std::vector<std::uint32_t> seed_;      // by triangle: its number, no_index where unseeded
+  std::vector<std::uint32_t> seed_;      // by triangle: its seed, no_index where unseeded
   std::vector<std::uint32_t> unknown_;   // by triangle: its unknown, no_index where seeded
   std::vector<std::uint32_t> triangle_;  // by unknown
   SparseCholesky cholesky_;
@@ -221,7 +223,7 @@ void label_component(const PreparedMesh& mesh, const Component& component, std::
   };
   const std::size_t unknowns = system.triangles().size();
   std::vector<Best> best(unknowns);
-  // In rounds of a fixed size, so that memory does not grow with the seeds.
+  // Rounds of a fixed size keep memory independent of the number of seeds.
   for (std::size_t round = 0; round < system.batches(); round += round_size) {
     std::array<std::vector<Best>, round_size> found;
     parallel_tasks(std::min(round_size, system.batches() - round), [&](std::size_t i) {
@@ -242,9 +244,9 @@ void label_component(const PreparedMesh& mesh, const Component& component, std::
   for (std::size_t u = 0; u < unknowns; ++u) label[system.triangles()[u]] = numbers[best[u].seed];
 }
 
-// From weights at the lower half-edge of every edge: both sides alike, the largest of every component 1, none
-// too small, none at boundaries.
-void equalise_weights(const PreparedMesh& mesh, std::vector<double>& weight) {
+// Normalizes weights given at the lower half-edge of every edge: equal on both sides, with a maximum of 1 in
+// every component, a minimum, and 0 at boundaries.
+void equalize_weights(const PreparedMesh& mesh, std::vector<double>& weight) {
   for (const Component& component : mesh.components) {
     const std::size_t begin = 3 * std::size_t{component.triangle_begin};
     const std::size_t end = 3 * std::size_t{component.triangle_end};
@@ -258,7 +260,7 @@ void equalise_weights(const PreparedMesh& mesh, std::vector<double>& weight) {
       const std::uint32_t other = mesh.opposite[h];
       if (other == no_index || other < h) continue;
       const double w = largest > 0 ? weight[h] / largest : 1;
-      weight[h] = weight[other] = w >= least_weight ? w : least_weight;
+      weight[h] = weight[other] = w >= min_weight ? w : min_weight;
     }
   }
 }
@@ -289,7 +291,7 @@ TriangleSteps triangle_steps(const PreparedMesh& mesh, const TensorField& field,
   TriangleSteps steps;
   steps.length.assign(half_edges, 0.0);
   steps.weight = metric_edge_lengths(mesh, field);
-  // Each edge once, at its lower half-edge.
+  // Visits each edge once, at its lower half-edge.
   const auto for_each_edge = [&](std::size_t begin, std::size_t end, const auto& body) {
     for (std::size_t h = begin; h < end; ++h) {
       const std::uint32_t other = mesh.opposite[h];
@@ -326,7 +328,7 @@ TriangleSteps triangle_steps(const PreparedMesh& mesh, const TensorField& field,
       });
     });
   }
-  equalise_weights(mesh, steps.weight);
+  equalize_weights(mesh, steps.weight);
   return steps;
 }
 

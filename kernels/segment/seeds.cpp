@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "kernels/core/radix_heap.h"
+#include "kernels/mesh/components.h"
 
 namespace meander {
 
@@ -11,26 +12,16 @@ namespace {
 
 constexpr double unreached = std::numeric_limits<double>::infinity();
 
-Vector3 centroid(const PreparedMesh& mesh, std::uint32_t t) {
-  return (1.0 / 3) * (mesh.position(mesh.triangles[3 * t]) + mesh.position(mesh.triangles[3 * t + 1]) +
-                      mesh.position(mesh.triangles[3 * t + 2]));
-}
-
 // The triangle whose centroid lies farthest from the component's area centroid: approximately a tip.
 std::uint32_t outermost_triangle(const PreparedMesh& mesh, const Component& component) {
-  Vector3 moment, middle;
-  double weight = 0;
-  for (std::uint32_t t = component.triangle_begin; t < component.triangle_end; ++t) {
-    moment = moment + mesh.area[t] * centroid(mesh, t);
-    middle = middle + centroid(mesh, t);
-    weight += mesh.area[t];
-  }
-  const Vector3 centre = weight > 0 ? (1 / weight) * moment
-                                    : (1.0 / (component.triangle_end - component.triangle_begin)) * middle;
+  CentroidSum sum;
+  for (std::uint32_t t = component.triangle_begin; t < component.triangle_end; ++t)
+    sum.add(mesh.area[t], mesh.centroid(t));
+  const Vector3 center = sum.centroid();
   std::uint32_t best = component.triangle_begin;
   double longest = -1;
   for (std::uint32_t t = component.triangle_begin; t < component.triangle_end; ++t) {
-    const Vector3 d = centroid(mesh, t) - centre;
+    const Vector3 d = mesh.centroid(t) - center;
     if (dot(d, d) > longest) {
       longest = dot(d, d);
       best = t;
@@ -39,8 +30,8 @@ std::uint32_t outermost_triangle(const PreparedMesh& mesh, const Component& comp
   return best;
 }
 
-// Distances to the nearest of the sources given so far (Dijkstra 1959), within a range of triangles that no
-// edge leaves.
+// Distances to the nearest of the sources so far (Dijkstra 1959), within a range of triangles that no edge
+// leaves.
 class NearestSource {
  public:
   NearestSource(const PreparedMesh& mesh, std::uint32_t begin, std::uint32_t end,
@@ -66,7 +57,7 @@ class NearestSource {
     }
   }
 
-  // The component's first seed; farthest-point search continues from there.
+  // Adds the component's first seed, from which farthest-point search continues.
   std::uint32_t add_first(const Component& component) {
     add(outermost_triangle(mesh_, component));
     const std::uint32_t seed = farthest(component.triangle_begin, component.triangle_end);
@@ -78,7 +69,7 @@ class NearestSource {
   void add_farthest(std::uint32_t count, std::vector<std::uint32_t>& seeds) {
     const auto end = begin_ + static_cast<std::uint32_t>(distance_.size());
     while (seeds.size() < count) {
-      cancel_.check();  // each seed is looked for among all triangles
+      cancel_.check();  // each seed is searched among all triangles
       const std::uint32_t seed = farthest(begin_, end);
       if (!(distance_[seed - begin_] > 0)) break;
       seeds.push_back(seed);

@@ -1,4 +1,4 @@
-// Seeds far apart from each other: where segments start.
+// Seeds of segments, far apart from each other.
 #pragma once
 
 #include <cstdint>
@@ -10,13 +10,13 @@
 
 namespace meander {
 
-// Farthest-point seeds in the dual graph (Gonzalez 1985), distances by Dijkstra over `length` (3 T, >= 0,
-// both half-edges alike). The first seed of every component is the triangle farthest from the one whose
-// centroid lies farthest from the component's; then always the triangle of the mesh farthest from all seeds,
-// ties to the lower number. Returns triangles in the order in which they were found: first one for every
-// component, in the order of components, then the others up to `count` in all; fewer where every other
-// triangle lies at distance 0. O(T log T) for the first seeds, less for each further one.
-// Throws timeout / RunCancelled.
+// Farthest-point seeds in the dual graph (Gonzalez 1985), with distances by Dijkstra over `length` (3 T, >=
+// 0, equal on both half-edges). The first seed of every component is the triangle farthest from the one whose
+// centroid lies farthest from the component's; each further seed is the triangle of the mesh farthest from
+// all seeds, ties to the lower index. Returns triangles in the order in which they were found: first one for
+// every component, in the order of components, then the others up to `count` in all; fewer where every other
+// triangle lies at distance 0. O(T log T) for the first seeds, less for each further one. Throws timeout /
+// RunCancelled.
 std::vector<std::uint32_t> farthest_seeds(const PreparedMesh& mesh, std::span<const double> length,
                                           std::uint32_t count, const CancelToken& cancel = {});
 

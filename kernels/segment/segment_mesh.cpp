@@ -20,7 +20,7 @@ void require_labels(const PreparedMesh& mesh, std::size_t labels) {
     throw std::invalid_argument("segments: one label for every triangle is needed");
 }
 
-// Adjacency within segments only.
+// Adjacency restricted to segments.
 std::vector<std::uint32_t> opposite_within(const PreparedMesh& mesh, std::span<const std::uint32_t> label) {
   std::vector<std::uint32_t> opposite = mesh.opposite;
   for (std::size_t h = 0; h < opposite.size(); ++h)
@@ -28,7 +28,7 @@ std::vector<std::uint32_t> opposite_within(const PreparedMesh& mesh, std::span<c
   return opposite;
 }
 
-// Segments that join their neighbours, with the triangles of each.
+// Segments that are merged with their neighbors, and the triangles of each.
 class Merger {
  public:
   Merger(const PreparedMesh& mesh, std::span<const double> length, std::span<const std::uint32_t> part,
@@ -40,7 +40,7 @@ class Merger {
 
   std::uint32_t find(std::uint32_t part) { return sets_.find(part); }
 
-  // The lower number, that of the part that begins first, stays.
+  // Merges parts of fewer triangles; the lower number, that of the part that begins first, stays.
   void merge_smaller_than(std::uint32_t min_triangles) {
     using Entry = std::pair<std::size_t, std::uint32_t>;
     std::priority_queue<Entry, std::vector<Entry>, std::greater<>> small;
@@ -64,22 +64,22 @@ class Merger {
   }
 
  private:
-  // The neighbour with the longest common boundary, no_index where there is none.
+  // The neighbor with the longest common boundary, no_index where there is none.
   std::uint32_t longest_border(std::uint32_t p) {
-    std::vector<std::uint32_t> neighbours;
+    std::vector<std::uint32_t> neighbors;
     for (const std::uint32_t t : members_[p])
       for (std::uint32_t h = 3 * t; h < 3 * t + 3; ++h) {
         if (mesh_.opposite[h] == no_index) continue;
         const std::uint32_t q = find(part_[mesh_.opposite[h] / 3]);
         if (q == p) continue;
-        neighbours.push_back(q);
+        neighbors.push_back(q);
         shared_[q] += length_[h];
       }
     std::uint32_t best = no_index;
-    for (const std::uint32_t q : neighbours)
+    for (const std::uint32_t q : neighbors)
       if (best == no_index || shared_[q] > shared_[best] || (shared_[q] == shared_[best] && q < best))
         best = q;
-    for (const std::uint32_t q : neighbours) shared_[q] = 0;
+    for (const std::uint32_t q : neighbors) shared_[q] = 0;
     return best;
   }
 
@@ -91,8 +91,9 @@ class Merger {
   std::vector<double> shared_;  // scratch: length of the boundary with each part
 };
 
-// The triangles of a component grown from one of them, always by the neighbour with the highest value (ties:
-// the lower number), up to `size`, never by `barred`. Numbers count from the component's first triangle.
+// Grows a set of triangles of a component from `start`, always by the neighbor with the highest value (ties:
+// the lower index), up to `size` triangles, never by `barred`. Indices count from the component's first
+// triangle.
 std::vector<std::uint8_t> grow(const PreparedMesh& mesh, const Component& component, std::uint32_t start,
                                std::uint32_t barred, std::size_t size,
                                const std::function<double(std::uint32_t)>& value) {
@@ -123,7 +124,7 @@ std::vector<std::uint8_t> grow(const PreparedMesh& mesh, const Component& compon
   return inside;
 }
 
-// Triangles of label l that are not joined to `seed` by others of that label get the other label.
+// Gives triangles of the seed's label that are not connected to the seed the other label.
 void keep_connected(const PreparedMesh& mesh, const Component& component, std::uint32_t seed,
                     std::vector<std::uint32_t>& label) {
   const std::uint32_t begin = component.triangle_begin, kept = label[seed];
@@ -173,10 +174,7 @@ SegmentedMesh split_into_segments(const PreparedMesh& mesh, std::span<const std:
   std::vector<std::uint32_t> part;
   const std::uint32_t parts = find_components(opposite, part);
   std::vector<CentroidSum> sums(parts);
-  for (std::uint32_t t = 0; t < count; ++t)
-    sums[part[t]].add(mesh.area[t], (1.0 / 3) * (mesh.position(mesh.triangles[3 * t]) +
-                                                 mesh.position(mesh.triangles[3 * t + 1]) +
-                                                 mesh.position(mesh.triangles[3 * t + 2])));
+  for (std::uint32_t t = 0; t < count; ++t) sums[part[t]].add(mesh.area[t], mesh.centroid(t));
   const std::vector<std::uint32_t> place = places_along_curve(sums);
 
   SegmentedMesh result;
@@ -277,8 +275,8 @@ std::vector<std::uint32_t> bisect_component(const PreparedMesh& mesh, const Comp
              [&](std::uint32_t t) { return probability[2 * t + small]; });
     for (std::uint32_t t = 0; t < count; ++t) label[t] = grown[t] ? small : 1 - small;
   }
-  // The first call may give islands to the side of the second seed; what is then cut off from that seed
-  // touches the first side only.
+  // The first call may give islands to the side of the second seed. Triangles then cut off from that seed
+  // touch the first side only.
   keep_connected(mesh, component, seeds[0] - begin, label);
   keep_connected(mesh, component, seeds[1] - begin, label);
   if (label[0] == 1)

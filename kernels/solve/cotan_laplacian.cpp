@@ -1,24 +1,8 @@
 #include "kernels/solve/cotan_laplacian.h"
 
-#include <algorithm>
 #include <utility>
 
 namespace meander {
-
-namespace {
-
-template <class Body>
-void for_each_edge(const IntrinsicDisk& disk, std::span<const double> half_cotangent, const Body& body) {
-  for (std::uint32_t h = 0; h < disk.opposite.size(); ++h) {
-    const std::uint32_t other = disk.opposite[h];
-    if (other != no_index && other < h) continue;
-    const double weight = half_cotangent[h] + (other == no_index ? 0.0 : half_cotangent[other]);
-    const std::uint32_t a = disk.triangles[h], b = disk.triangles[next_half_edge(h)];
-    if (a != b) body(a, b, weight);
-  }
-}
-
-}  // namespace
 
 void DirichletLaplacian::number_unknowns(std::span<const std::uint8_t> on_boundary) {
   unknown_.assign(disk_.vertex_count, no_index);
@@ -35,15 +19,15 @@ void DirichletLaplacian::find_order(const UnknownGraph& graph) {
     for (const std::uint32_t v : disk_.elimination)
       if (unknown_[v] != no_index) order_.push_back(unknown_[v]);
     if (order_.size() == vertex_.size()) return;
-    order_.clear();  // the order of another disk
+    order_.clear();  // that of another disk
   }
   order_ = elimination_order(graph);
 }
 
-// A_II; edges at the boundary go to rim_.
+// Assembles A_II; edges at the boundary go to rim_.
 GraphMatrix DirichletLaplacian::interior_matrix(std::span<const double> half_cotangent) {
   GraphMatrix matrix;
-  std::vector<std::uint32_t>&begin = matrix.graph.begin, &neighbours = matrix.graph.neighbours;
+  std::vector<std::uint32_t>&begin = matrix.graph.begin, &neighbors = matrix.graph.neighbors;
   begin.assign(vertex_.size() + 1, 0);
   matrix.diagonal.assign(vertex_.size(), 0);
   for_each_edge(disk_, half_cotangent, [&](std::uint32_t a, std::uint32_t b, double weight) {
@@ -58,15 +42,15 @@ GraphMatrix DirichletLaplacian::interior_matrix(std::span<const double> half_cot
     }
   });
   for (std::size_t i = 0; i < vertex_.size(); ++i) begin[i + 1] += begin[i];
-  neighbours.resize(begin.back());
+  neighbors.resize(begin.back());
   matrix.values.resize(begin.back());
   std::vector<std::uint32_t> cursor(begin.begin(), begin.end() - 1);
   for_each_edge(disk_, half_cotangent, [&](std::uint32_t a, std::uint32_t b, double weight) {
     const std::uint32_t i = unknown_[a], j = unknown_[b];
     if (i == no_index || j == no_index) return;
-    neighbours[cursor[i]] = j;
+    neighbors[cursor[i]] = j;
     matrix.values[cursor[i]++] = -weight;
-    neighbours[cursor[j]] = i;
+    neighbors[cursor[j]] = i;
     matrix.values[cursor[j]++] = -weight;
   });
   return matrix;
@@ -81,14 +65,14 @@ DirichletLaplacian::DirichletLaplacian(const IntrinsicDisk& disk, std::vector<do
   half_cotangent = std::vector<double>();
   cancel.check();
   if (vertex_.empty()) {
-    factorised_ = true;
+    factorized_ = true;
     return;
   }
   if (!spend(budget, work_per_unknown * vertex_.size())) return;
   find_order(matrix.graph);
   cancel.check();
-  cholesky_.factorise(std::move(matrix), order_, cancel, budget);
-  factorised_ = cholesky_.succeeded();
+  cholesky_.factorize(std::move(matrix), order_, cancel, budget);
+  factorized_ = cholesky_.succeeded();
 }
 
 std::vector<std::uint32_t> DirichletLaplacian::elimination() const {

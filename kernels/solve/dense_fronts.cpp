@@ -9,13 +9,13 @@ namespace meander {
 
 namespace {
 
-constexpr std::size_t block_width = 32;  // columns that are eliminated before the rest is updated, by tiles
-constexpr std::size_t panel_width = 8;   // of them, columns before those of the block are updated
-constexpr std::size_t min_tiled = 24;    // columns of a block below which packing them does not pay
+constexpr std::size_t block_width = 32;  // columns that are eliminated before tiles update the rest
+constexpr std::size_t panel_width = 8;   // columns that are eliminated before the block is updated
+constexpr std::size_t min_tiled = 24;    // columns of a block from which on packing them pays
 constexpr std::size_t strip = 8;         // rows, and columns, of a tile
 
-// c[j * stride + i] -= sum over k of a[strip * k + i] * b[strip * k + j] for a tile of strip x strip entries;
-// each sum is made in the order of k, and rounded after each product and each addition.
+// Computes c[j * stride + i] -= sum over k of a[strip * k + i] * b[strip * k + j] for a tile of strip x strip
+// entries; each sum is made in the order of k, and rounded after each product and each addition.
 using SubtractTile = void (*)(const double* a, const double* b, std::size_t depth, double* c,
                               std::size_t stride);
 
@@ -23,17 +23,21 @@ using SubtractTile = void (*)(const double* a, const double* b, std::size_t dept
 using Pair = double __attribute__((vector_size(16)));
 using Four = double __attribute__((vector_size(32)));
 
-// A quarter of the tile at a time: its sums are eight registers of two.
-void subtract_tile_by_pairs(const double* a, const double* b, std::size_t depth, double* c,
-                            std::size_t stride) {
+// Sums a part of the tile in eight registers at a time: four columns, and rows for two registers. It is
+// inlined into functions that carry their target.
+template <class Register>
+__attribute__((always_inline)) inline void subtract_in_registers(const double* a, const double* b,
+                                                                 std::size_t depth, double* c,
+                                                                 std::size_t stride) {
+  constexpr std::size_t width = sizeof(Register) / sizeof(double);
   for (std::size_t right = 0; right < strip; right += 4)
-    for (std::size_t down = 0; down < strip; down += 4) {
-      Pair upper[4] = {}, lower[4] = {};
+    for (std::size_t down = 0; down < strip; down += 2 * width) {
+      Register upper[4] = {}, lower[4] = {};
       for (std::size_t k = 0; k < depth; ++k) {
         const double* factors = b + strip * k + right;
-        Pair first, second;
+        Register first, second;
         std::memcpy(&first, a + strip * k + down, sizeof first);
-        std::memcpy(&second, a + strip * k + down + 2, sizeof second);
+        std::memcpy(&second, a + strip * k + down + width, sizeof second);
 #pragma GCC unroll 4
         for (int j = 0; j < 4; ++j) {
           upper[j] += first * factors[j];
@@ -43,45 +47,24 @@ void subtract_tile_by_pairs(const double* a, const double* b, std::size_t depth,
 #pragma GCC unroll 4
       for (int j = 0; j < 4; ++j) {
         double* column = c + (right + static_cast<std::size_t>(j)) * stride + down;
-        Pair first, second;
+        Register first, second;
         std::memcpy(&first, column, sizeof first);
-        std::memcpy(&second, column + 2, sizeof second);
+        std::memcpy(&second, column + width, sizeof second);
         first -= upper[j];
         second -= lower[j];
         std::memcpy(column, &first, sizeof first);
-        std::memcpy(column + 2, &second, sizeof second);
+        std::memcpy(column + width, &second, sizeof second);
       }
     }
 }
 
-// Half of the tile at a time: its sums are eight registers of four.
+void subtract_tile_by_pairs(const double* a, const double* b, std::size_t depth, double* c,
+                            std::size_t stride) {
+  subtract_in_registers<Pair>(a, b, depth, c, stride);
+}
 MEANDER_TARGET("avx2")
 void subtract_tile_avx2(const double* a, const double* b, std::size_t depth, double* c, std::size_t stride) {
-  for (std::size_t right = 0; right < strip; right += 4) {
-    Four upper[4] = {}, lower[4] = {};
-    for (std::size_t k = 0; k < depth; ++k) {
-      const double* factors = b + strip * k + right;
-      Four first, second;
-      std::memcpy(&first, a + strip * k, sizeof first);
-      std::memcpy(&second, a + strip * k + 4, sizeof second);
-#pragma GCC unroll 4
-      for (int j = 0; j < 4; ++j) {
-        upper[j] += first * factors[j];
-        lower[j] += second * factors[j];
-      }
-    }
-#pragma GCC unroll 4
-    for (int j = 0; j < 4; ++j) {
-      double* column = c + (right + static_cast<std::size_t>(j)) * stride;
-      Four first, second;
-      std::memcpy(&first, column, sizeof first);
-      std::memcpy(&second, column + 4, sizeof second);
-      first -= upper[j];
-      second -= lower[j];
-      std::memcpy(column, &first, sizeof first);
-      std::memcpy(column + 4, &second, sizeof second);
-    }
-  }
+  subtract_in_registers<Four>(a, b, depth, c, stride);
 }
 
 SubtractTile tile_of(InstructionSet set) {
@@ -91,8 +74,8 @@ SubtractTile tile_of(InstructionSet set) {
 
 std::size_t strips_of(std::size_t count) { return (count + strip - 1) / strip; }
 
-// A factor as the tiles read it: strip by strip, for each k the entries of the strip's rows, zeros past the
-// last. entry(i, k) at from[i * row_step + k * depth_step].
+// Packs a factor as the tiles read it: strip by strip, for each k the entries of the strip's rows, padded
+// with zeros. entry(i, k) stands at from[i * row_step + k * depth_step].
 void pack(const double* from, std::size_t row_step, std::size_t depth_step, std::size_t count,
           std::size_t depth, std::vector<double>& packed) {
   packed.assign(strips_of(count) * strip * depth, 0);
@@ -104,7 +87,7 @@ void pack(const double* from, std::size_t row_step, std::size_t depth_step, std:
   }
 }
 
-// A tile at the edge of the matrix, of which only `rows` x `columns` entries exist.
+// Updates a tile at the edge of the matrix, where only `rows` x `columns` entries exist.
 void subtract_part(SubtractTile subtract, const double* a, const double* b, std::size_t depth, double* c,
                    std::size_t stride, std::size_t rows, std::size_t columns) {
   double tile[strip * strip] = {};
@@ -113,8 +96,8 @@ void subtract_part(SubtractTile subtract, const double* a, const double* b, std:
   for (std::size_t j = 0; j < columns; ++j) std::copy_n(tile + j * strip, rows, c + j * stride);
 }
 
-// Subtracts the product of two packed factors from a square matrix of `count` rows; with `lower` at least
-// from its lower triangle.
+// Subtracts the product of two packed factors from a square matrix of `count` rows, or with `lower` from its
+// lower triangle and the tiles on the diagonal.
 void subtract_product(SubtractTile subtract, const double* a, const double* b, std::size_t depth, double* c,
                       std::size_t stride, std::size_t count, bool lower) {
   for (std::size_t j = 0; j < count; j += strip)
@@ -146,13 +129,14 @@ void subtract_columns(const double* columns, std::size_t rows, std::size_t count
   }
 }
 
-// A front on its way: the columns [begin, end) of a block are done, and taken from [end, last).
+// A front in progress: the columns [begin, end) of a block are done, and subtracted from [end, last).
 class Front {
  public:
   Front(double* values, std::size_t rows) : values_(values), rows_(rows) {}
 
-  // The columns of L, each taken from those behind it in the block. False: a pivot was not positive.
-  bool factorise(std::size_t begin, std::size_t end) const {
+  // Computes the columns of L, each subtracted from those behind it in the block. False when a pivot is not
+  // positive.
+  bool factorize(std::size_t begin, std::size_t end) const {
     for (std::size_t j = begin; j < end; ++j) {
       double* left = column(j);
       if (!(left[j] > 0)) return false;
@@ -167,7 +151,7 @@ class Front {
       subtract_columns(column(begin), rows_, end - begin, column(begin) + k, rows_, column(k), k);
   }
 
-  // The same without symmetry; R stands in the rows of the block. False: a pivot was zero or not finite.
+  // The same without symmetry; R stands in the rows of the block. False when a pivot is zero or not finite.
   bool eliminate(std::size_t begin, std::size_t end) const {
     for (std::size_t j = begin; j < end; ++j) {
       double* left = column(j);
@@ -182,7 +166,7 @@ class Front {
     for (std::size_t k = end; k < last; ++k)
       subtract_columns(column(begin), rows_, end - begin, column(k) + begin, 1, column(k), end);
   }
-  // The rows of R behind the block: the triangle of L beside them is solved for.
+  // Computes the rows of R behind the block, by solving with the triangle of L beside them.
   void solve_rows(std::size_t begin, std::size_t end, std::size_t last) const {
     for (std::size_t k = end; k < last; ++k) {
       double* right = column(k);
@@ -215,14 +199,14 @@ bool in_blocks(std::size_t begin, std::size_t end, std::size_t width, const Body
 
 }  // namespace
 
-bool factorise_front(double* values, std::size_t rows, std::size_t columns, InstructionSet set) {
+bool factorize_front(double* values, std::size_t rows, std::size_t columns, InstructionSet set) {
   const Front front(values, rows);
   const SubtractTile subtract = tile_of(set);
   std::vector<double> packed;
   return in_blocks(0, columns, block_width, [&](std::size_t first, std::size_t last) {
     const bool tiled = last - first >= min_tiled;
     if (!in_blocks(first, last, panel_width, [&](std::size_t begin, std::size_t end) {
-          if (!front.factorise(begin, end)) return false;
+          if (!front.factorize(begin, end)) return false;
           front.update_lower(begin, end, tiled ? last : rows);
           return true;
         }))

@@ -10,14 +10,14 @@ std::vector<std::uint32_t> elimination_order(const UnknownGraph& graph) {
   const auto n = static_cast<Eigen::Index>(graph.count());
   std::vector<std::uint32_t> order(graph.count());
   if (n == 0) return order;
-  // The upper triangle; the view below represents the whole matrix.
+  // Fills the upper triangle; the view below represents the whole matrix.
   Pattern pattern(n, n);
-  pattern.resizeNonZeros(static_cast<Eigen::Index>(graph.neighbours.size() / 2 + graph.count()));
+  pattern.resizeNonZeros(static_cast<Eigen::Index>(graph.neighbors.size() / 2 + graph.count()));
   int filled = 0;
   for (std::uint32_t i = 0; i < graph.count(); ++i) {
     pattern.outerIndexPtr()[i] = filled;
     for (std::uint32_t e = graph.begin[i]; e < graph.begin[i + 1]; ++e)
-      if (graph.neighbours[e] < i) pattern.innerIndexPtr()[filled++] = static_cast<int>(graph.neighbours[e]);
+      if (graph.neighbors[e] < i) pattern.innerIndexPtr()[filled++] = static_cast<int>(graph.neighbors[e]);
     pattern.innerIndexPtr()[filled++] = static_cast<int>(i);
   }
   pattern.outerIndexPtr()[n] = filled;

@@ -6,24 +6,23 @@
 
 namespace meander {
 
-// Neighbours of unknown i: neighbours[begin[i]] .. neighbours[begin[i + 1]]; symmetric, repeats are allowed,
-// i itself is not among them. n = begin.size() - 1.
+// The neighbors of unknown i are neighbors[begin[i]] .. neighbors[begin[i + 1] - 1]: symmetric, repeats are
+// allowed, i itself is not among them. n = begin.size() - 1.
 struct UnknownGraph {
   std::vector<std::uint32_t> begin;
-  std::vector<std::uint32_t> neighbours;
+  std::vector<std::uint32_t> neighbors;
 
   std::size_t count() const { return begin.size() - 1; }
 };
 
-// The matrix with A(i, neighbours[e]) = values[e], repeats added up, and A(i, i) = diagonal[i].
+// The matrix with A(i, neighbors[e]) = values[e], repeats added, and A(i, i) = diagonal[i].
 struct GraphMatrix {
   UnknownGraph graph;
   std::vector<double> values, diagonal;
 };
 
-// Approximate minimum degree (Amestoy, Davis and Duff 1996): order[k] = the unknown eliminated k-th. About
-// 0.7 us an unknown. Geometric nested dissection is no faster here and produces twice the fill on strongly
-// curved surfaces.
+// Approximate minimum degree (Amestoy, Davis and Duff 1996): order[k] = the unknown eliminated k-th.
+// Geometric nested dissection is no faster here and produces twice the fill on strongly curved surfaces.
 std::vector<std::uint32_t> elimination_order(const UnknownGraph& graph);
 
 }  // namespace meander

@@ -1,9 +1,7 @@
 #include "kernels/solve/intrinsic_disk.h"
 
 #include <algorithm>
-#include <cmath>
 #include <numbers>
-#include <utility>
 
 #include "kernels/core/portable_angles.h"
 
@@ -13,7 +11,7 @@ double mollify(std::span<double> length) {
   double mean = 0;
   for (const double l : length) mean += l;
   mean /= static_cast<double>(std::max<std::size_t>(length.size(), 1));
-  if (!(mean > 0)) mean = 1;  // every edge has length 0: any size will do
+  if (!(mean > 0)) mean = 1;  // every edge has length 0, so any size works
   double missing = 0;
   for (std::size_t t = 0; t + 2 < length.size(); t += 3) {
     const double a = length[t], b = length[t + 1], c = length[t + 2];

@@ -1,5 +1,5 @@
-// A surface known by its edge lengths alone: what the flattening solvers (a disk) and the heat geodesics (any
-// component) work on.
+// A surface known by its edge lengths alone, for the flattening solvers (a disk) and the heat geodesics (any
+// component).
 #pragma once
 
 #include <cstdint>
@@ -18,10 +18,10 @@ namespace meander {
 struct IntrinsicDisk {
   std::vector<std::uint32_t> triangles;  // 3 T
   std::vector<std::uint32_t> opposite;   // 3 T, no_index on the boundary
-  std::vector<double> length;            // 3 T, of the half-edge with the same number
+  std::vector<double> length;            // 3 T, by half-edge
   std::uint32_t vertex_count = 0;
-  // Only for speed: vertices in a fill-reducing order, from which boundary vertices are skipped (empty: found
-  // by the solver).
+  // Only for speed: vertices in a fill-reducing order, from which boundary vertices are skipped. Where it is
+  // empty, the solver finds one.
   std::vector<std::uint32_t> elimination;
 
   std::size_t triangle_count() const { return triangles.size() / 3; }
@@ -29,20 +29,32 @@ struct IntrinsicDisk {
 // The same for surfaces that are not disks.
 using IntrinsicSurface = IntrinsicDisk;
 
-// Adds the smallest uniform length to all edges so that every triangle inequality holds with a margin of
-// 1e-9 mean lengths (and 1e-12 of the triangle's longest edge): cotangents are finite then. Nothing happens
-// to a mesh without degenerate triangles. Returns the length added. Sharp and Crane 2020, "A Laplacian for
-// nonmanifold triangle meshes".
+// Adds the smallest uniform length to all edges such that every triangle inequality holds with a margin of
+// 1e-9 mean lengths (and 1e-12 of the triangle's longest edge), so that cotangents are finite. A mesh without
+// degenerate triangles does not change. Returns the added length. O(T). Sharp and Crane 2020, "A Laplacian
+// for nonmanifold triangle meshes".
 double mollify(std::span<double> length);
 
-// Angle and half cotangent per corner, from lengths. Angles of a triangle sum to pi. O(T).
+// Angle and half cotangent per corner, from lengths. The angles of a triangle sum to pi. O(T).
 struct CornerGeometry {
   std::vector<double> angle;           // 3 T, radians, of corner h
   std::vector<double> half_cotangent;  // 3 T, of the corner opposite half-edge h
 };
 CornerGeometry corner_geometry(std::span<const double> length);
 
-// Boundary half-edges in order round the disk, starting with the smallest number.
+// Calls body(a, b, weight) for every edge between two vertices, in the order of its smaller half-edge; weight
+// is the sum of `half` over the half-edges of the edge. Edges that end where they began are left out.
+template <class Body>
+void for_each_edge(const IntrinsicDisk& disk, std::span<const double> half, const Body& body) {
+  for (std::uint32_t h = 0; h < disk.opposite.size(); ++h) {
+    const std::uint32_t other = disk.opposite[h];
+    if (other != no_index && other < h) continue;
+    const std::uint32_t a = disk.triangles[h], b = disk.triangles[next_half_edge(h)];
+    if (a != b) body(a, b, half[h] + (other == no_index ? 0.0 : half[other]));
+  }
+}
+
+// Boundary half-edges in order around the disk, starting with the smallest index. O(T).
 std::vector<std::uint32_t> boundary_half_edges(std::span<const std::uint32_t> triangles,
                                                std::span<const std::uint32_t> opposite,
                                                std::uint32_t vertex_count);

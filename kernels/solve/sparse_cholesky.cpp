@@ -2,7 +2,6 @@
 
 #include <Eigen/Core>
 #include <algorithm>
-#include <cmath>
 #include <stdexcept>
 #include <utility>
 
@@ -10,7 +9,7 @@
 
 namespace meander {
 
-// The structure, and the matrix in the order of elimination.
+// Finds the structure, and permutes the matrix to the order of elimination.
 SparseCholesky::Permuted SparseCholesky::analyse(const UnknownGraph& graph, std::span<const double> values,
                                                  std::span<const double> diagonal,
                                                  std::span<const std::uint32_t> order) {
@@ -19,15 +18,15 @@ SparseCholesky::Permuted SparseCholesky::analyse(const UnknownGraph& graph, std:
   Permuted matrix;
   LowerTriangle& lower = matrix.lower;
   lower.begin.reserve(n + 1);
-  lower.row.reserve(graph.neighbours.size() / 2);
-  lower.value.reserve(graph.neighbours.size() / 2);
+  lower.row.reserve(graph.neighbors.size() / 2);
+  lower.value.reserve(graph.neighbors.size() / 2);
   matrix.diagonal.reserve(n);
   for (std::uint32_t k = 0; k < n; ++k) {
     const std::uint32_t unknown = elimination.unknown[k];
     lower.begin.push_back(static_cast<std::uint32_t>(lower.row.size()));
     matrix.diagonal.push_back(diagonal[unknown]);
     for (std::uint32_t e = graph.begin[unknown]; e < graph.begin[unknown + 1]; ++e) {
-      const std::uint32_t row = elimination.place[graph.neighbours[e]];
+      const std::uint32_t row = elimination.place[graph.neighbors[e]];
       if (row <= k) continue;
       lower.row.push_back(row);
       lower.value.push_back(values[e]);
@@ -41,26 +40,26 @@ SparseCholesky::Permuted SparseCholesky::analyse(const UnknownGraph& graph, std:
   return matrix;
 }
 
-void SparseCholesky::factorise(const UnknownGraph& graph, std::span<const double> values,
+void SparseCholesky::factorize(const UnknownGraph& graph, std::span<const double> values,
                                std::span<const double> diagonal, std::span<const std::uint32_t> order,
                                const CancelToken& cancel) {
-  factorise(analyse(graph, values, diagonal, order), cancel);
+  factorize(analyse(graph, values, diagonal, order), cancel);
 }
 
-void SparseCholesky::factorise(GraphMatrix&& matrix, std::span<const std::uint32_t> order,
+void SparseCholesky::factorize(GraphMatrix&& matrix, std::span<const std::uint32_t> order,
                                const CancelToken& cancel, WorkBudget* budget) {
   const Permuted permuted = analyse(matrix.graph, matrix.values, matrix.diagonal, order);
   matrix = {};
   succeeded_ = false;
   if (!spend(budget, nodes_.elimination_work() / 2)) return;
-  factorise(permuted, cancel);
+  factorize(permuted, cancel);
 }
 
-void SparseCholesky::factorise(const Permuted& matrix, const CancelToken& cancel) {
+void SparseCholesky::factorize(const Permuted& matrix, const CancelToken& cancel) {
   succeeded_ = false;
   cancel.check();
   const LowerTriangle& lower = matrix.lower;
-  // Of an update matrix only the lower triangle is kept.
+  // Only the lower triangle of an update matrix is kept.
   const auto update_entries = [&](std::size_t s) {
     return nodes_.rows_below(s) * (nodes_.rows_below(s) + 1) / 2;
   };
@@ -85,7 +84,7 @@ void SparseCholesky::factorise(const Permuted& matrix, const CancelToken& cancel
         update += count - j;
       }
     });
-    if (!factorise_front(front.data(), m, w)) return;
+    if (!factorize_front(front.data(), m, w)) return;
     std::copy(front.begin(), front.begin() + static_cast<std::ptrdiff_t>(m * w),
               panel_.begin() + static_cast<std::ptrdiff_t>(panel_begin_[s]));
     if (!updates.put(s)) continue;
@@ -126,8 +125,8 @@ void SparseCholesky::solve_permuted(double* x) const {
   }
 }
 
-// As solve_permuted, operation by operation for each right-hand side, but by rows: the Count sums of a row
-// stay in registers.
+// Does the operations of solve_permuted for each right-hand side in their order, but by rows, so that the
+// Count sums of a row stay in registers.
 template <int Count>
 void SparseCholesky::solve_rows(double* x) const {
   using Sums = Eigen::Array<double, Count, 1>;
@@ -175,28 +174,10 @@ void SparseCholesky::solve_interleaved(std::span<double> b) const {
 void SparseCholesky::solve_many(std::span<double> b, std::size_t count) const {
   if (count == 0 || b.size() != count * nodes_.place.size())
     throw std::invalid_argument("solve_many: the array does not hold `count` right-hand sides");
-  switch (count) {
-    case 1:
-      return solve_interleaved<1>(b);
-    case 2:
-      return solve_interleaved<2>(b);
-    case 4:
-      return solve_interleaved<4>(b);
-    case 8:
-      return solve_interleaved<8>(b);
-    case 16:
-      return solve_interleaved<16>(b);
-    default:
-      throw std::invalid_argument("solve_many: count must be 1, 2, 4, 8 or 16");
-  }
+  at_width(count, [&]<int Count>() { solve_interleaved<Count>(b); });
 }
 
-void SparseCholesky::solve(std::span<double> b) const {
-  std::vector<double> x(nodes_.place.size());
-  for (std::size_t i = 0; i < x.size(); ++i) x[nodes_.place[i]] = b[i];
-  solve_permuted<1>(x.data());
-  for (std::size_t i = 0; i < x.size(); ++i) b[i] = x[nodes_.place[i]];
-}
+void SparseCholesky::solve(std::span<double> b) const { solve_interleaved<1>(b); }
 
 void SparseCholesky::solve(std::span<double> b, std::span<double> c) const {
   std::vector<double> x(2 * nodes_.place.size());

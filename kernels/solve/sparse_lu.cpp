@@ -1,7 +1,6 @@
 #include "kernels/solve/sparse_lu.h"
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
 #include "kernels/solve/dense_fronts.h"
@@ -10,7 +9,7 @@ namespace meander {
 
 namespace {
 
-// Entries (column, row, value) sorted into columns.
+// Sorts entries (column, row, value) into columns.
 LowerTriangle by_columns(std::size_t count, std::span<const std::uint32_t> column,
                          std::span<const std::uint32_t> row, std::span<const double> value) {
   LowerTriangle triangle;
@@ -44,7 +43,7 @@ SparseLu::Triangles SparseLu::analyse(const GraphMatrix& matrix, std::span<const
     for (std::uint32_t k = 0; k < n; ++k) {
       const std::uint32_t unknown = elimination.unknown[k];
       for (std::uint32_t e = matrix.graph.begin[unknown]; e < matrix.graph.begin[unknown + 1]; ++e) {
-        const std::uint32_t other = elimination.place[matrix.graph.neighbours[e]];
+        const std::uint32_t other = elimination.place[matrix.graph.neighbors[e]];
         if ((other > k) != upper) continue;
         column.push_back(upper ? k : other);
         row.push_back(upper ? other : k);
@@ -67,7 +66,7 @@ SparseLu::Triangles SparseLu::analyse(const GraphMatrix& matrix, std::span<const
   return triangles;
 }
 
-bool SparseLu::factorise(GraphMatrix&& matrix, std::span<const std::uint32_t> order,
+bool SparseLu::factorize(GraphMatrix&& matrix, std::span<const std::uint32_t> order,
                          const CancelToken& cancel, WorkBudget* budget) {
   const Triangles triangles = analyse(matrix, order);
   matrix = {};

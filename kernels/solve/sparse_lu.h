@@ -1,4 +1,4 @@
-// Sparse LU factorisation for diagonally dominant matrices with the graph of a mesh.
+// Sparse LU factorization for diagonally dominant matrices with the graph of a mesh.
 #pragma once
 
 #include <cstdint>
@@ -13,13 +13,14 @@ namespace meander {
 
 // A = L U by supernodes, multifrontal, without pivoting: stable for matrices whose rows or columns are
 // diagonally dominant, such as mean-value equations (Golub and Van Loan 2013, section 4.1). The pattern must
-// be symmetric, the values need not. Sequential and deterministic. Memory: twice that of a Cholesky factor.
+// be symmetric, the values need not be. Sequential and deterministic. Memory: twice that of a Cholesky
+// factor.
 class SparseLu {
  public:
-  // The memory of `matrix` is given back before the factors are made. The work, known from the structure, is
-  // taken out of `budget` first. Returns false when a pivot is 0 or not finite, or the budget does not
-  // suffice: solve() must not be called then. O(n^1.5) for planar graphs. Throws timeout / RunCancelled.
-  bool factorise(GraphMatrix&& matrix, std::span<const std::uint32_t> order, const CancelToken& cancel = {},
+  // Frees the memory of `matrix` before the factors are made. The work, known from the structure, is taken
+  // out of `budget` first. Returns false when a pivot is 0 or not finite, or the budget does not suffice;
+  // solve() must not be called then. O(n^1.5) for planar graphs. Throws timeout / RunCancelled.
+  bool factorize(GraphMatrix&& matrix, std::span<const std::uint32_t> order, const CancelToken& cancel = {},
                  WorkBudget* budget = nullptr);
 
   // x = A^-1 b in place, for two right-hand sides at once.
@@ -34,9 +35,10 @@ class SparseLu {
 
   Supernodes nodes_;
   std::vector<std::size_t> left_begin_, right_begin_;  // supernodes + 1 offsets
-  std::vector<double>
-      left_;  // rows x columns of every supernode, by columns: L with U's diagonal block above
-  std::vector<double> right_;  // rows below x columns, by columns: U to the right of the block, transposed
+  // rows x columns of every supernode, by columns: L, with the diagonal block of U above.
+  std::vector<double> left_;
+  // (rows below) x columns, by columns: U to the right of the block, transposed.
+  std::vector<double> right_;
 };
 
 }  // namespace meander

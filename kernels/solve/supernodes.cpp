@@ -15,7 +15,7 @@ std::vector<std::uint32_t> elimination_tree(const UnknownGraph& graph, std::span
   std::vector<std::uint32_t> parent(order.size(), none), ancestor(order.size(), none);
   for (std::uint32_t k = 0; k < order.size(); ++k)
     for (std::uint32_t e = graph.begin[order[k]]; e < graph.begin[order[k] + 1]; ++e) {
-      std::uint32_t j = place[graph.neighbours[e]];
+      std::uint32_t j = place[graph.neighbors[e]];
       while (j < k) {
         const std::uint32_t next = ancestor[j];
         ancestor[j] = k;
@@ -62,7 +62,7 @@ std::vector<std::uint32_t> column_counts(std::span<const std::uint32_t> begin,
                                          std::span<const std::uint32_t> row,
                                          std::span<const std::uint32_t> parent) {
   const auto n = static_cast<std::uint32_t>(parent.size());
-  // first: the first descendant; a column is a leaf of the subtree of row i when its first descendant comes
+  // first: the first descendant. A column is a leaf of the subtree of row i when its first descendant comes
   // after all that row i has met so far.
   std::vector<std::uint32_t> first(n, none), met(n, 0), last_leaf(n, none), ancestor(n);
   std::vector<std::int32_t> count(n);
@@ -106,7 +106,7 @@ std::vector<std::uint32_t> first_columns(const LowerTriangle& lower, std::span<c
   const auto n = static_cast<std::uint32_t>(parent.size());
   // A column joins the supernode before it when it is the parent of its last column and few zeros come in.
   std::vector<std::uint32_t> first;
-  std::size_t entries = 0;  // of the true factor in the supernode so far
+  std::size_t entries = 0;  // of the true factor, in the current supernode
   for (std::uint32_t k = 0; k < n; ++k) {
     bool joined = false;
     if (k > 0 && parent[k - 1] == k) {

@@ -17,7 +17,7 @@ IntrinsicSurface intrinsic_component(const PreparedMesh& mesh, const Component& 
     const std::uint32_t other = mesh.opposite[h];
     surface.triangles.push_back(from - component.vertex_begin);
     surface.opposite.push_back(other == no_index ? no_index : other - begin);
-    // The same operands on both sides of an edge.
+    // The operands are the same on both sides of an edge.
     surface.length.push_back(distance(mesh.position(std::min(from, to)), mesh.position(std::max(from, to))));
   }
   return surface;
@@ -27,35 +27,27 @@ GraphMatrix surface_laplacian(const IntrinsicSurface& surface, std::span<const d
   GraphMatrix laplacian;
   laplacian.graph.begin.assign(surface.vertex_count + 1, 0);
   laplacian.diagonal.assign(surface.vertex_count, 0);
-  const auto for_each_edge = [&](const auto& body) {
-    for (std::uint32_t h = 0; h < surface.opposite.size(); ++h) {
-      const std::uint32_t other = surface.opposite[h];
-      if (other != no_index && other < h) continue;
-      const std::uint32_t a = surface.triangles[h], b = surface.triangles[next_half_edge(h)];
-      if (a != b) body(a, b, half_cotangent[h] + (other == no_index ? 0.0 : half_cotangent[other]));
-    }
-  };
   auto& begin = laplacian.graph.begin;
-  for_each_edge([&](std::uint32_t a, std::uint32_t b, double weight) {
+  for_each_edge(surface, half_cotangent, [&](std::uint32_t a, std::uint32_t b, double weight) {
     ++begin[a + 1];
     ++begin[b + 1];
     laplacian.diagonal[a] += weight;
     laplacian.diagonal[b] += weight;
   });
   for (std::size_t v = 0; v < surface.vertex_count; ++v) begin[v + 1] += begin[v];
-  laplacian.graph.neighbours.resize(begin.back());
+  laplacian.graph.neighbors.resize(begin.back());
   laplacian.values.resize(begin.back());
   std::vector<std::uint32_t> cursor(begin.begin(), begin.end() - 1);
-  for_each_edge([&](std::uint32_t a, std::uint32_t b, double weight) {
-    laplacian.graph.neighbours[cursor[a]] = b;
+  for_each_edge(surface, half_cotangent, [&](std::uint32_t a, std::uint32_t b, double weight) {
+    laplacian.graph.neighbors[cursor[a]] = b;
     laplacian.values[cursor[a]++] = -weight;
-    laplacian.graph.neighbours[cursor[b]] = a;
+    laplacian.graph.neighbors[cursor[b]] = a;
     laplacian.values[cursor[b]++] = -weight;
   });
   return laplacian;
 }
 
-void factorise_laplacian(SparseCholesky& factor, const UnknownGraph& graph, std::span<const double> values,
+void factorize_laplacian(SparseCholesky& factor, const UnknownGraph& graph, std::span<const double> values,
                          std::span<const double> diagonal, std::span<const std::uint32_t> order,
                          const CancelToken& cancel) {
   double mean = 0;
@@ -63,7 +55,7 @@ void factorise_laplacian(SparseCholesky& factor, const UnknownGraph& graph, std:
   for (const double raise : {0.0, 1e-12, 1e-9, 1e-6}) {
     std::vector<double> raised(diagonal.begin(), diagonal.end());
     for (double& d : raised) d += raise * (std::abs(d) + mean);
-    factor.factorise(graph, values, raised, order, cancel);
+    factor.factorize(graph, values, raised, order, cancel);
     if (factor.succeeded()) return;
   }
   throw ItemError(Status::internal, "the Laplacian of a component could not be factorised");

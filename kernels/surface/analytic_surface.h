@@ -10,8 +10,8 @@
 //   };
 //   const AnalyticSurface<Cylinder> surface;   // ready for sample_surface
 //
-// To give it a name for make_surface and the command line, add the struct to analytic_surfaces.cpp and to the
-// list at that file's end.
+// To make it available by name to make_surface and the command line, add the struct to analytic_surfaces.cpp
+// and to the list at the end of that file.
 #pragma once
 
 #include <array>

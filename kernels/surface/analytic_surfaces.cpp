@@ -1,4 +1,4 @@
-// The analytic surfaces that go by a name. A new one: its formula here, its type in the list at the end.
+// The analytic surfaces with names. To add one, put its formula here and its type into the list at the end.
 #include <algorithm>
 #include <numbers>
 

@@ -1,4 +1,4 @@
-// A 128-bit name for numbers, to key the randomness with; not for security.
+// A 128-bit digest of numbers, which keys the randomness; not for security.
 #pragma once
 
 #include <array>

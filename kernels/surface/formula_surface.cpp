@@ -93,8 +93,8 @@ class FormulaSurface final : public ParametricSurface {
     if (!std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z)) fail("position", u, v);
     return p;
   }
-  // Infinite ones stand for borders like that of a dome; where there is none, an area would be lost without a
-  // word.
+  // Infinite derivatives occur at borders such as that of a dome. Where there is no derivative, an area would
+  // be lost silently.
   Vector3 slope(const Vector3& d, double u, double v) const {
     if (std::isnan(d.x) || std::isnan(d.y) || std::isnan(d.z)) fail("derivative", u, v);
     return d;

@@ -7,7 +7,7 @@ namespace meander {
 
 namespace {
 
-// (EG - F^2) / max(E, G)^2 below which rounding alone decides the curvature.
+// The share (EG - F^2) / max(E, G)^2 below which rounding alone decides the curvature.
 constexpr double degenerate_share = 1e-24;
 
 }  // namespace

@@ -1,8 +1,6 @@
 // First and second fundamental form of a surface at a point, and the curvatures that follow from them.
 #pragma once
 
-#include <span>
-
 #include "kernels/surface/surface.h"
 
 namespace meander {
@@ -17,15 +15,15 @@ struct FundamentalForms {
   double k1 = 0, k2 = 0;       // principal curvatures, k1 >= k2
 };
 
-// docs/METHODS.md 10 (do Carmo 1976, "Differential geometry of curves and surfaces", 3-3). Never NaN:
-// where du x dv vanishes or is not finite, normal and area element are 0; where EG - F^2 <= 1e-24 times
-// max(E, G)^2 (a pole, to rounding), curvatures and second form are 0. Pure.
+// The forms at a point (docs/METHODS.md 10; do Carmo 1976, "Differential geometry of curves and surfaces",
+// 3-3). Never NaN: where du x dv vanishes or is not finite, normal and area element are 0; where EG - F^2 <=
+// 1e-24 times max(E, G)^2 (a pole, to rounding), curvatures and second form are 0. Pure.
 FundamentalForms fundamental_forms(const SurfaceJet& jet);
 
-// The area element alone: |du x dv|; 0 where it is not finite.
+// The area element |du x dv| alone; 0 where it is not finite.
 double area_element(Vector3 du, Vector3 dv);
 
-// Unit normal along du x dv, zero where that vanishes.
+// Unit normal along du x dv; zero where that vanishes.
 Vector3 unit_normal(Vector3 du, Vector3 dv);
 
 }  // namespace meander

@@ -13,8 +13,8 @@ namespace meander {
 
 namespace {
 
-// Weights of the four samples -1, 0, 1, 2 around a cell, for value and first two derivatives by the cell's
-// own coordinate.
+// Weights of the four samples -1, 0, 1, 2 around a cell, for the value and its first two derivatives by the
+// cell's own coordinate.
 struct Stencil {
   std::array<double, 4> value{}, first{}, second{};
 };
@@ -35,7 +35,7 @@ Stencil cubic_stencil(double t) {
   return s;
 }
 
-class HeightField final : public ParametricSurface {
+class HeightField final : public PointwiseSurface<HeightField> {
  public:
   HeightField(std::span<const float> heights, std::size_t width, std::size_t height,
               const HeightFieldParameters& parameters)
@@ -51,23 +51,9 @@ class HeightField final : public ParametricSurface {
   std::string_view name() const override { return "height-field"; }
   std::array<std::uint8_t, 16> content() const override { return content_; }
 
-  void positions(std::span<const double> u, std::span<const double> v,
-                 std::span<Vector3> result) const override {
-    for (std::size_t i = 0; i < result.size(); ++i) result[i] = jet(u[i], v[i]).position;
-  }
-  void tangents(std::span<const double> u, std::span<const double> v,
-                std::span<SurfaceTangents> result) const override {
-    for (std::size_t i = 0; i < result.size(); ++i) {
-      const SurfaceJet at = jet(u[i], v[i]);
-      result[i] = {at.position, at.du, at.dv};
-    }
-  }
-  void jets(std::span<const double> u, std::span<const double> v,
-            std::span<SurfaceJet> result) const override {
-    for (std::size_t i = 0; i < result.size(); ++i) result[i] = jet(u[i], v[i]);
-  }
-
  private:
+  friend class PointwiseSurface<HeightField>;
+
   // The height at a grid point that may lie one step outside, where the field is extrapolated linearly.
   double sample(std::ptrdiff_t column, std::ptrdiff_t row) const {
     const auto along_row = [&](std::ptrdiff_t r) {
@@ -86,7 +72,7 @@ class HeightField final : public ParametricSurface {
     return along_row(row);
   }
 
-  SurfaceJet jet(double u, double v) const {
+  SurfaceJet jet(double u, double v, int) const {
     const double cells_u = static_cast<double>(width_ - 1), cells_v = static_cast<double>(height_ - 1);
     const double column = std::min(std::floor(u * cells_u), cells_u - 1),
                  row = std::min(std::floor(v * cells_v), cells_v - 1);

@@ -10,10 +10,9 @@
 
 namespace meander {
 
-// bilinear: continuous; the slope jumps across grid lines, duu = dvv = 0.
-// bicubic: Catmull and Rom's cardinal spline (1974), passes through all heights, once continuously
-// differentiable; second derivatives jump across grid lines. Beyond the border the heights go on linearly, so
-// that planes are reproduced to the border.
+// bilinear: continuous; the slope jumps across grid lines, duu = dvv = 0. bicubic: Catmull and Rom's cardinal
+// spline (1974), passes through all heights, once continuously differentiable; second derivatives jump across
+// grid lines. Heights are extrapolated linearly beyond the border, so that planes are reproduced up to it.
 enum class HeightInterpolation : std::uint8_t { bilinear, bicubic };
 
 struct HeightFieldParameters {

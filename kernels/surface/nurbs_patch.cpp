@@ -14,13 +14,13 @@ namespace meander {
 
 namespace {
 
-constexpr std::size_t most_basis = max_nurbs_degree + 1;
+constexpr std::size_t max_basis = max_nurbs_degree + 1;
 
 // Values and first two derivatives (by the knot parameter) of the degree + 1 basis functions that do not
 // vanish on a knot span.
 struct Basis {
-  std::size_t first = 0;  // number of the first of them
-  std::array<std::array<double, most_basis>, 3> value{};
+  std::size_t first = 0;  // the index of the first of them
+  std::array<std::array<double, max_basis>, 3> value{};
 };
 
 // One direction of the net.
@@ -31,7 +31,7 @@ struct KnotLine {
   double begin() const { return knots[degree]; }
   double end() const { return knots[count]; }
 
-  // The span [knots[k], knots[k + 1]) of positive length that holds t; the last one is closed.
+  // The span [knots[k], knots[k + 1]) of positive length that holds t; the last span is closed.
   std::size_t span_of(double t) const {
     const auto from = knots.begin() + static_cast<std::ptrdiff_t>(degree);
     const auto to = knots.begin() + static_cast<std::ptrdiff_t>(count);
@@ -39,13 +39,13 @@ struct KnotLine {
     return static_cast<std::size_t>(above - knots.begin()) - 1;
   }
 
-  // Cox - de Boor recursion over rising degrees; derivatives from the functions of lower degree.
+  // Cox and de Boor's recursion over rising degrees; derivatives come from the functions of lower degree.
   Basis basis(double t, int derivatives) const {
     Basis result;
     const std::size_t span = span_of(t);
     result.first = span - degree;
-    std::array<double, most_basis> lower{}, lowest{};  // of degree - 1 and degree - 2
-    std::array<double, most_basis>& n = result.value[0];
+    std::array<double, max_basis> lower{}, lowest{};  // of degree - 1 and degree - 2
+    std::array<double, max_basis>& n = result.value[0];
     n[0] = 1;
     for (std::size_t d = 1; d <= degree; ++d) {
       lowest = lower;
@@ -54,16 +54,16 @@ struct KnotLine {
     }
     if (derivatives >= 1) differentiate(span, degree, lower, result.value[1]);
     if (derivatives >= 2 && degree >= 2) {
-      std::array<double, most_basis> slope{};
+      std::array<double, max_basis> slope{};
       differentiate(span, degree - 1, lowest, slope);
       differentiate(span, degree, slope, result.value[2]);
     }
     return result;
   }
 
-  // Functions of degree d at t from those of degree d - 1 on the same span.
-  void raise(std::size_t span, std::size_t d, double t, const std::array<double, most_basis>& low,
-             std::array<double, most_basis>& high) const {
+  // Computes the functions of degree d at t from those of degree d - 1 on the same span.
+  void raise(std::size_t span, std::size_t d, double t, const std::array<double, max_basis>& low,
+             std::array<double, max_basis>& high) const {
     double carried = 0;
     for (std::size_t r = 0; r < d; ++r) {
       const double left = knots[span + 1 + r - d], right = knots[span + 1 + r];
@@ -74,9 +74,10 @@ struct KnotLine {
     high[d] = carried;
   }
 
-  // Derivatives of the functions of degree d whose lower neighbours (or derivatives of these) are `low`.
-  void differentiate(std::size_t span, std::size_t d, const std::array<double, most_basis>& low,
-                     std::array<double, most_basis>& result) const {
+  // Computes derivatives of the functions of degree d whose lower neighbors (or derivatives of these) are
+  // `low`.
+  void differentiate(std::size_t span, std::size_t d, const std::array<double, max_basis>& low,
+                     std::array<double, max_basis>& result) const {
     double carried = 0;
     for (std::size_t r = 0; r < d; ++r) {
       const double share = static_cast<double>(d) * low[r] / (knots[span + 1 + r] - knots[span + 1 + r - d]);
@@ -91,7 +92,7 @@ struct Homogeneous {
   double x = 0, y = 0, z = 0, w = 0;
 };
 
-class NurbsPatch final : public ParametricSurface {
+class NurbsPatch final : public PointwiseSurface<NurbsPatch> {
  public:
   explicit NurbsPatch(NurbsNet net) : points_(std::move(net.points)), weights_(std::move(net.weights)) {
     u_ = {static_cast<std::size_t>(net.degree_u),
@@ -109,24 +110,10 @@ class NurbsPatch final : public ParametricSurface {
   std::string_view name() const override { return "nurbs"; }
   std::array<std::uint8_t, 16> content() const override { return content_; }
 
-  void positions(std::span<const double> u, std::span<const double> v,
-                 std::span<Vector3> result) const override {
-    for (std::size_t i = 0; i < result.size(); ++i) result[i] = jet(u[i], v[i], 0).position;
-  }
-  void tangents(std::span<const double> u, std::span<const double> v,
-                std::span<SurfaceTangents> result) const override {
-    for (std::size_t i = 0; i < result.size(); ++i) {
-      const SurfaceJet at = jet(u[i], v[i], 1);
-      result[i] = {at.position, at.du, at.dv};
-    }
-  }
-  void jets(std::span<const double> u, std::span<const double> v,
-            std::span<SurfaceJet> result) const override {
-    for (std::size_t i = 0; i < result.size(); ++i) result[i] = jet(u[i], v[i], 2);
-  }
-
  private:
-  // Numerator and denominator with their derivatives, then the quotient rule.
+  friend class PointwiseSurface<NurbsPatch>;
+
+  // Sums numerator and denominator with their derivatives, then applies the quotient rule.
   SurfaceJet jet(double u, double v, int derivatives) const {
     const double length_u = u_.end() - u_.begin(), length_v = v_.end() - v_.begin();
     const Basis along_u = u_.basis(u_.begin() + u * length_u, derivatives);
@@ -220,7 +207,7 @@ std::vector<std::string> problems_of(const NurbsNet& net) {
   return problems;
 }
 
-// The words of one line as numbers.
+// Reads the words of one line as numbers.
 class LineReader {
  public:
   LineReader(std::string_view line, std::size_t number) : rest_(line), number_(number) {}

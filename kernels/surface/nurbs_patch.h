@@ -20,18 +20,17 @@ struct NurbsNet {
 };
 inline constexpr int max_nurbs_degree = 15;
 
-// Throws ItemError(unreadable), all in one sentence, when the net does not hold together.
+// Throws ItemError(unreadable), with all problems in one sentence, when the net is inconsistent.
 std::unique_ptr<ParametricSurface> make_nurbs_patch(NurbsNet net);
 
-// Reads a net from text, one statement a line, blank lines and what follows a # left out:
+// Reads a net from text, one statement a line. Blank lines are skipped, and so is the rest of a line after #.
 //
 //   degree  DU DV                 once, first
 //   knots_u T T T ...             ascending; the line may be repeated, the values are appended
 //   knots_v T T T ...
-//   point   X Y Z [W]             (knots_u - DU - 1)(knots_v - DV - 1) lines, v varies fastest; W defaults to
-//   1
+//   point   X Y Z [W]             (knots_u - DU - 1)(knots_v - DV - 1) lines, v fastest; W defaults to 1
 //
-// Throws ItemError(unreadable) that names the line. O(bytes).
+// Throws ItemError(unreadable) with the number of the line. O(bytes).
 NurbsNet parse_nurbs_net(std::string_view text);
 std::unique_ptr<ParametricSurface> parse_nurbs_patch(std::string_view text);
 

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <string>
 
 #include "kernels/core/ordered_blocks.h"
 #include "kernels/core/radix_sort.h"
@@ -13,18 +12,18 @@ namespace meander {
 namespace {
 
 constexpr std::size_t node_block = 64;
-// Of a 3 x 3 and a 2 x 2 Gauss-Legendre rule and the four corners.
+// The points of a 3 x 3 and a 2 x 2 Gauss-Legendre rule and the four corners.
 constexpr std::size_t points_per_node = 17;
 constexpr double third_offset = 0.38729833462074168852;   // sqrt(0.15)
 constexpr double second_offset = 0.28867513459481288225;  // 1 / sqrt(12)
 constexpr std::array<double, 3> third_nodes = {0.5 - third_offset, 0.5, 0.5 + third_offset};
 constexpr std::array<double, 3> third_weights = {5.0 / 18, 8.0 / 18, 5.0 / 18};
 constexpr std::array<double, 2> second_nodes = {0.5 - second_offset, 0.5 + second_offset};
-// Corners are looked at from just inside: at a border the measure may jump (knots, grid lines, the warp).
+// Corners are evaluated slightly inside: at a border the measure may jump (knots, grid lines, the warp).
 constexpr double corner_inset = 0x1p-16;
-// Rounding must not decide about a leaf that weighs exactly what a leaf may.
+// Rounding must not decide about a leaf of exactly the maximum weight.
 constexpr double leaf_slack = 1 + 1e-9;
-// Patches of one level that a density without any smoothness may ask for, beside 8 N.
+// The number of patches of one level that a density without any smoothness may take, beside 8 N.
 constexpr std::size_t patch_budget = std::size_t{1} << 16;
 
 constexpr std::array<double, 2 * points_per_node> make_node_points() {
@@ -82,7 +81,8 @@ std::array<double, 3> moments(double x, double side) {
 
 }  // namespace
 
-// By node: difference of the two rules, and of the polynomial from the values it was not fitted to (x area).
+// The errors of each node: the difference of the two rules, and the distance of the polynomial from the
+// values that it was not fitted to (x area).
 struct PatchTree::LevelErrors {
   std::vector<double> rules, fit;
 };
@@ -165,7 +165,7 @@ PatchTree::PatchTree(const SurfaceMeasure& measure, const SurfaceSampleParameter
     double level_mass = 0;
     for (const Record& record : records) level_mass += record.mass;
     leaf_mass_ = (done_mass + level_mass) / leaves * leaf_slack;
-    // Below the weight of a leaf only the measure itself matters, and no more exactly than a leaf's.
+    // Below the weight of a leaf only the measure itself matters, with the precision of a leaf's.
     std::vector<std::uint8_t> split(count, 0), resolved(count);
     std::vector<double> error(count), wanted;
     for (std::size_t i = 0; i < count; ++i) {
@@ -175,15 +175,15 @@ PatchTree::PatchTree(const SurfaceMeasure& measure, const SurfaceSampleParameter
       records[i].divisible = both <= parameters.tolerance * records[i].mass;
       if (resolved[i] == 0) wanted.push_back(error[i]);
     }
-    double least = 0;  // only nodes of a larger error are split
+    double min_error = 0;  // only nodes of a larger error are split
     const std::size_t affordable = depth >= deepest_ ? 0 : budget / branches;
     if (wanted.size() > affordable) {
       const auto last = wanted.begin() + static_cast<std::ptrdiff_t>(wanted.size() - affordable) - 1;
       std::nth_element(wanted.begin(), last, wanted.end());
-      least = *last;
+      min_error = *last;
     }
     for (std::size_t i = 0; i < count; ++i) {
-      split[i] = resolved[i] == 0 && error[i] > least && affordable > 0;
+      split[i] = resolved[i] == 0 && error[i] > min_error && affordable > 0;
       if (split[i] != 0) continue;
       unresolved_ += resolved[i] == 0;
       keys.push_back({nodes.key[i], static_cast<std::uint32_t>(done.size())});
@@ -249,7 +249,7 @@ std::size_t PatchTree::children(std::size_t patch, const PatchNode& node,
     child.frame = table_.child_frame[node.frame][digit];
     sum += child.mass;
   }
-  // Where the polynomial was cut off at zero the parent's mass is still the one that counts.
+  // Where the polynomial was cut off at zero, the parent's mass still counts.
   const double scale = sum > 0 ? node.mass / sum : 0.0;
   for (std::size_t digit = 0; digit < count; ++digit) result[digit].mass *= scale;
   return count;
@@ -260,8 +260,8 @@ PatchNode PatchTree::find_leaf(std::size_t patch, double rest) const {
   std::array<PatchNode, 9> below;
   while (!is_leaf(patch, node)) {
     const std::size_t count = children(patch, node, below);
-    std::size_t chosen =
-        count;  // positions that rounding pushes past the end belong to the last of positive mass
+    // Positions that rounding pushes past the end belong to the last child of positive mass.
+    std::size_t chosen = count;
     for (std::size_t k = 0; k < count; ++k) {
       if (!(below[k].mass > 0)) continue;
       chosen = k;
@@ -275,7 +275,7 @@ PatchNode PatchTree::find_leaf(std::size_t patch, double rest) const {
   return node;
 }
 
-// By the Bernstein coefficients of the polynomial on the node: their hull holds it.
+// The hull of the polynomial's Bernstein coefficients on the node bounds it.
 double PatchTree::bound(std::size_t patch, const PatchNode& node) const {
   const Record& record = records_[patch];
   std::array<std::array<double, 3>, 3> value{};

@@ -12,14 +12,15 @@
 
 namespace meander {
 
-// Biquadratic polynomial sum c[3 i + j] s^i t^j over a patch's own square [0, 1]^2: mass per unit of it.
+// A biquadratic polynomial, sum of c[3 i + j] s^i t^j, over a patch's own square [0, 1]^2: mass per unit of
+// it.
 using PatchPolynomial = std::array<double, 9>;
 
 // A node inside a patch, in the patch's own square.
 struct PatchNode {
   double s = 0, t = 0, side = 1;
   double mass = 0;
-  std::uint8_t depth = 0, frame = 0;  // of the whole tree
+  std::uint8_t depth = 0, frame = 0;  // in the whole tree
 };
 
 class PatchTree {
@@ -35,13 +36,13 @@ class PatchTree {
   std::uint64_t unresolved() const { return unresolved_; }
 
   PatchNode root(std::size_t patch) const;
-  // Whether the node is a leaf: light enough, as deep as allowed, or in a patch that no polynomial fits.
+  // Whether the node is a leaf: light enough, at the maximum depth, or in a patch that no polynomial fits.
   bool is_leaf(std::size_t patch, const PatchNode& node) const;
-  // The children in curve order; their masses sum to that of the node. Returns their number.
+  // Sets the children in curve order; their masses sum to that of the node. Returns their number.
   std::size_t children(std::size_t patch, const PatchNode& node, std::array<PatchNode, 9>& result) const;
   // The leaf that holds the position `rest` (0 <= rest < mass of the patch) along the curve.
   PatchNode find_leaf(std::size_t patch, double rest) const;
-  // Upper bound of the measure per unit of the curve's square in the node (of the polynomial; for a whole
+  // An upper bound of the measure per unit of the curve's square in the node (of the polynomial; for a whole
   // patch also of every value seen).
   double bound(std::size_t patch, const PatchNode& node) const;
 
@@ -50,14 +51,14 @@ class PatchTree {
   void visit_leaves(std::size_t patch, const Visit& visit) const {
     visit_below(patch, root(patch), visit);
   }
-  // Leaves below every patch. O(leaves).
+  // The number of leaves below every patch. O(leaves).
   std::vector<std::uint64_t> count_leaves() const;
 
  private:
   struct Record {
-    double mass = 0, area = 0, peak = 0;  // peak: largest value seen, per unit of the curve's square
+    double mass = 0, area = 0, peak = 0;  // peak: maximum value seen, per unit of the curve's square
     PatchPolynomial polynomial{};
-    bool divisible = true;  // the polynomial fits well enough to go on below the patch
+    bool divisible = true;  // the polynomial fits well enough for a tree below the patch
   };
   struct LevelErrors;
 

@@ -1,6 +1,5 @@
 #include "kernels/surface/sample_surface.h"
 
-#include <algorithm>
 #include <cmath>
 #include <numeric>
 #include <stdexcept>
@@ -24,24 +23,15 @@ namespace {
 
 constexpr std::size_t sample_block = 1024;
 constexpr int max_redraws = 64;
-// A draw is accepted with a probability near 1 on smooth surfaces; this many misses mean a leaf whose measure
-// sits in a spot that the quadrature saw and hardly any draw finds.
-constexpr std::uint32_t max_trials = 1000;
 
-void throw_problems(const SurfaceSampleParameters& parameters) {
-  std::string all;
-  for (const std::string& problem : validate(parameters)) all += (all.empty() ? "" : "; ") + problem;
-  if (!all.empty()) throw std::invalid_argument(all);
-}
-
-// One sample on its way: its leaf, and how many random numbers it has used up.
+// A sample without a point yet: its leaf, and the number of random numbers it has used.
 struct Draft {
   std::uint32_t rank = 0;
   std::uint32_t counter = 0;
   SurfaceLeaf leaf;
 };
 
-// Draws points and writes them to their place.
+// Draws points and writes them to their place in the file.
 class SurfacePlacer {
  public:
   SurfacePlacer(const SurfaceMeasure& measure, const PatchTree& tree, RandomKey key, PlaceKind place,
@@ -62,7 +52,7 @@ class SurfacePlacer {
     for (std::size_t r = begin; r < end; ++r)
       drafts[r - begin] = {static_cast<std::uint32_t>(r), 0, leaf_at(tree_, position_[r] * tree_.total())};
     if (place_ == PlaceKind::vertex)
-      put_centres(drafts);
+      put_centers(drafts);
     else
       draw(drafts, violations);
   }
@@ -86,8 +76,8 @@ class SurfacePlacer {
   }
 
  private:
-  // mu-uniform points of the leaves: uniform ones, accepted with probability measure / bound. All drafts that
-  // are still without a point are evaluated in one batch.
+  // Draws mu-uniform points of the leaves: uniform ones, accepted with probability measure / bound. All
+  // drafts without a point are evaluated in one batch.
   void draw(std::vector<Draft>& drafts, std::uint64_t& violations) {
     std::vector<double> s(drafts.size()), t(drafts.size());
     MeasureBatch batch;
@@ -117,8 +107,8 @@ class SurfacePlacer {
     }
   }
 
-  // The survey's own placement: the vertex of the curve, which is the centre of the leaf.
-  void put_centres(const std::vector<Draft>& drafts) {
+  // Places samples as Quinn et al. do: at the vertex of the curve, which is the center of the leaf.
+  void put_centers(const std::vector<Draft>& drafts) {
     std::vector<double> s(drafts.size()), t(drafts.size());
     for (std::size_t i = 0; i < drafts.size(); ++i) {
       s[i] = drafts[i].leaf.s + 0.5 * drafts[i].leaf.side;
@@ -170,15 +160,6 @@ std::vector<std::uint32_t> file_order(SampleSequence& sequence, OrderKind order,
   return along;
 }
 
-// The key of the first finest cell of the leaf of this depth >= 1 around (s, t).
-std::uint64_t first_key(CurveKind kind, double s, double t, int depth) {
-  std::uint64_t cells = 1;
-  for (int level = curve_key_levels(kind); level > depth; --level)
-    cells *= kind == CurveKind::hilbert ? 4 : 9;
-  const std::uint64_t key = curve_key(kind, s, t);
-  return key - key % cells;
-}
-
 }  // namespace
 
 std::vector<std::string> validate(const SurfaceSampleParameters& p) {
@@ -204,9 +185,15 @@ std::vector<std::string> validate(const SurfaceSampleParameters& p) {
   return problems;
 }
 
+void require_valid(const SurfaceSampleParameters& parameters) {
+  std::string all;
+  for (const std::string& problem : validate(parameters)) all += (all.empty() ? "" : "; ") + problem;
+  if (!all.empty()) throw std::invalid_argument(all);
+}
+
 SurfaceSamples sample_surface(const ParametricSurface& surface, const SurfaceSampleParameters& parameters,
                               const CancelToken& cancel) {
-  throw_problems(parameters);
+  require_valid(parameters);
   const SurfaceMeasure measure(surface, parameters, cancel);
   const PatchTree tree(measure, parameters, cancel);
   const RandomKey key = make_random_key(parameters.seed, surface.content());
@@ -228,7 +215,7 @@ SurfaceSamples sample_surface(const ParametricSurface& surface, const SurfaceSam
     const SurfaceStrata strata(measure, tree, count, key);
     spaced = space_samples(strata, parameters.order == OrderKind::progressive, key,
                            spacing_parameters(parameters.spacing), cancel);
-    // Where samples that coincide are drawn anew.
+    // Samples that coincide are drawn anew from here.
     sequence.position = strata.middles();
     samples.curve_rank = std::move(spaced.rank_of_index);
   } else {
@@ -267,55 +254,6 @@ SurfaceSamples sample_surface(const ParametricSurface& surface, const SurfaceSam
     samples.coincident_points += !distinct;
   }
   return samples;
-}
-
-SurfaceCurve build_surface_curve(const ParametricSurface& surface, const SurfaceSampleParameters& parameters,
-                                 const CancelToken& cancel) {
-  throw_problems(parameters);
-  const SurfaceMeasure measure(surface, parameters, cancel);
-  const PatchTree tree(measure, parameters, cancel);
-  const std::vector<std::uint64_t> counts = tree.count_leaves();
-  std::vector<std::uint64_t> before(counts.size() + 1, 0);
-  for (std::size_t p = 0; p < counts.size(); ++p) before[p + 1] = before[p] + counts[p];
-
-  SurfaceCurve curve;
-  curve.tree.kind = parameters.curve;
-  for (std::vector<double>* array : {&curve.tree.u, &curve.tree.v, &curve.tree.side, &curve.mass})
-    array->resize(before.back());
-  curve.tree.key.resize(before.back());
-  curve.tree.depth.resize(before.back());
-  curve.tree.frame.resize(before.back());
-  curve.uv.resize(2 * before.back());
-  ordered_blocks(counts.size(), 64, [&](std::size_t begin, std::size_t end) {
-    cancel.check();
-    std::vector<double> s, t;
-    for (std::size_t p = begin; p < end; ++p) {
-      std::size_t at = before[p];
-      tree.visit_leaves(p, [&](const PatchNode& node) {
-        const SurfaceLeaf leaf = leaf_of(tree, p, node);
-        curve.tree.u[at] = leaf.s;
-        curve.tree.v[at] = leaf.t;
-        curve.tree.side[at] = leaf.side;
-        curve.tree.depth[at] = node.depth;
-        curve.tree.frame[at] = node.frame;
-        curve.mass[at] = node.mass;
-        ++at;
-      });
-    }
-    for (std::size_t i = before[begin]; i < before[end]; ++i) {
-      s.push_back(curve.tree.u[i] + 0.5 * curve.tree.side[i]);
-      t.push_back(curve.tree.v[i] + 0.5 * curve.tree.side[i]);
-    }
-    MeasureBatch batch;
-    measure.evaluate(s, t, batch);
-    for (std::size_t i = 0; i < s.size(); ++i) {
-      const std::size_t leaf = before[begin] + i;
-      curve.tree.key[leaf] = first_key(parameters.curve, s[i], t[i], curve.tree.depth[leaf]);
-      curve.uv[2 * leaf] = batch.u[i];
-      curve.uv[2 * leaf + 1] = batch.v[i];
-    }
-  });
-  return curve;
 }
 
 }  // namespace meander

@@ -1,5 +1,5 @@
-// Sampling of parametric surfaces along an adaptive space-filling curve (docs/METHODS.md 10), after
-// the survey's section on parametric surfaces.
+// Sampling of parametric surfaces along an adaptive space-filling curve (docs/METHODS.md 10), after Quinn et
+// al. 2006.
 #pragma once
 
 #include <cstdint>
@@ -7,16 +7,16 @@
 #include <vector>
 
 #include "kernels/core/cancel.h"
-#include "kernels/curve/curve_tree.h"
+#include "kernels/curve/curve_key.h"
 #include "kernels/sample/place_samples.h"
 #include "kernels/surface/surface.h"
 
 namespace meander {
 
-// uniform: 1. mean, gaussian, max: the absolute curvature c of the point, as floor + (1 - floor)
-// min(1, c / c_q)^exponent, c_q the quantile by area (over the bent part alone where that is smaller); a flat
-// surface is uniform. expression: a non-negative function of u, v, x, y, z as text (see expression.h); values
-// from -1e-12 to 0 count as 0.
+// The density phi of a point. uniform: 1. mean, gaussian, max: the absolute curvature c of the point, as
+// floor + (1 - floor) min(1, c / c_q)^exponent, with c_q the quantile by area (over the bent part alone where
+// that is smaller); a flat surface is uniform. expression: a non-negative function of u, v, x, y, z as text
+// (see expression.h); values from -1e-12 to 0 count as 0.
 enum class SurfaceDensityKind : std::uint8_t { uniform, mean, gaussian, max, expression };
 
 struct SurfaceDensity {
@@ -24,7 +24,7 @@ struct SurfaceDensity {
   std::string expression;  // for the kind expression: the text or the name of a preset
   double floor = 0.02;     // density of flat parts for the curvature kinds, in (0, 1]
   double exponent = 1.0;   // of the curvature kinds, 0.25..4
-  double quantile = 0.99;  // share of the area whose curvature gets density below 1; larger ones are clamped
+  double quantile = 0.99;  // share of the area with a density below 1, at whose curvature others are clamped
 };
 
 struct SurfaceSampleParameters {
@@ -33,20 +33,23 @@ struct SurfaceSampleParameters {
   CurveKind curve = CurveKind::hilbert;
   SequenceKind sequence = SequenceKind::shifted;
   OrderKind order = OrderKind::progressive;
-  PlaceKind place = PlaceKind::element;         // vertex: the centre of the leaf, as in the survey
+  PlaceKind place = PlaceKind::element;         // vertex: the center of the leaf, as Quinn et al.
   double jitter = 0.25;                         // s of the shifted sequence, 0..1
   SpacingKind spacing = SpacingKind::standard;  // of the spaced sequence
   SurfaceDensity density;
-  double tolerance = 1e-3;       // relative error of the measures that the tree is built on, 1e-8..0.1
-  double leaves_per_sample = 0;  // kappa, 1..1024: a leaf weighs at most total / (kappa N).
-                                 // 0: 4, or 64 for PlaceKind::vertex
-  int min_depth = 5;             // in Hilbert levels (see curve_depth), 5..max_depth
-  int max_depth = 24;            // min_depth..31
-  bool reparameterise = false;   // lay the curve over the square warped by area x density (extreme stretch)
+  double tolerance = 1e-3;  // relative error of the measures that the tree is built on, 1e-8..0.1
+  // kappa, 1..1024: a leaf weighs at most total / (kappa N). 0: 4, or 64 for PlaceKind::vertex.
+  double leaves_per_sample = 0;
+  int min_depth = 5;            // in Hilbert levels (see curve_depth), 5..max_depth
+  int max_depth = 24;           // min_depth..31
+  bool reparameterise = false;  // lay the curve over the square warped by area x density (extreme stretch)
 };
 
-// All problems of the parameters, one sentence each; empty when they are valid.
+// Returns all problems of the parameters, one sentence each; empty when they are valid.
 std::vector<std::string> validate(const SurfaceSampleParameters& parameters);
+
+// Throws std::invalid_argument with all problems that `validate` finds.
+void require_valid(const SurfaceSampleParameters& parameters);
 
 // N points in file order (progressive, or along the curve).
 struct SurfaceSamples {
@@ -57,12 +60,12 @@ struct SurfaceSamples {
   std::vector<std::uint32_t> curve_rank;  // N positions along the curve, a permutation of 0 .. N - 1
   OutputFrame frame;                      // see float_frame; the box is that of a grid over the surface
   double area = 0, measure = 0;           // area; area x density: relative error about the tolerance or less
-  std::uint64_t patches = 0;              // nodes that the surface was evaluated on
+  std::uint64_t patches = 0;              // nodes at which the surface was evaluated
   std::uint64_t leaves = 0;               // leaves of the curve (nodes below a patch follow its polynomial)
-  std::uint64_t unresolved_patches = 0;   // left coarser than the tolerance asks: too deep or too many
-  std::uint64_t bound_violations = 0;     // draws whose measure exceeded the bound of their leaf by rejection
-                                          // (not counted for the sequence spaced)
-  std::uint64_t coincident_points = 0;    // samples that float32 could not tell apart after 64 redraws
+  std::uint64_t unresolved_patches = 0;   // coarser than the tolerance: too deep or too many
+  // Draws whose measure exceeded the bound of their leaf; not counted for the sequence spaced.
+  std::uint64_t bound_violations = 0;
+  std::uint64_t coincident_points = 0;  // samples that coincide in float32 after 64 redraws
 
   std::size_t count() const { return curve_rank.size(); }
 };
@@ -70,29 +73,20 @@ struct SurfaceSamples {
 // Samples a surface: E[samples in X] = N mu(X) / mu(M) for every part X, mu = area x density, up to the
 // tolerance of the measures.
 //
-// The curve's tree is grown level by level. A node's measure is the 3 x 3 Gauss-Legendre rule; it is split
+// The curve's tree grows level by level. A node's measure is the 3 x 3 Gauss-Legendre rule; it is split
 // while the 2 x 2 rule, or the biquadratic polynomial through the nine values at the corners and the 2 x 2
-// points, differs by more than the tolerance. Below such a patch the tree goes on, down to leaves of total /
-// (kappa N), on the polynomial's exact integrals, without touching the surface. Inside a leaf the point is
-// drawn by rejection against 1.1 x the largest value.
+// points, differs by more than the tolerance. Below such a patch the tree continues on the polynomial's
+// exact integrals, down to leaves of total / (kappa N), without evaluating the surface. Inside a leaf the
+// point is drawn by rejection against 1.1 x the largest value.
 //
-// Randomness is a pure function of (seed, content of the surface, index). Cost: about 20 evaluations a patch
-// (a few thousand patches on smooth surfaces), 1.1 to 1.5 a sample; memory about 90 bytes a sample and 250 a
-// patch. Deterministic for every thread count, thread-safe.
+// Randomness is a pure function of (seed, content of the surface, index). Cost: about 20 evaluations a
+// patch (a few thousand patches on smooth surfaces), and 1.1 to 1.5 a sample. Deterministic for every
+// thread count, thread-safe.
 //
 // Throws std::invalid_argument when `validate` finds a problem; ItemError: zero_area, zero_density (the
 // density is zero everywhere), non_finite (the surface), unreadable (the density is negative or not finite
-// somewhere: the sentence says where); timeout and RunCancelled.
+// somewhere, with the point in the sentence); timeout and RunCancelled.
 SurfaceSamples sample_surface(const ParametricSurface& surface, const SurfaceSampleParameters& parameters,
                               const CancelToken& cancel = {});
-
-// The leaves of the curve of sample_surface, one by one (for figures; 70 bytes a leaf).
-struct SurfaceCurve {
-  CurveTree tree;            // over the unit square (the warped one with reparameterise)
-  std::vector<double> mass;  // L measures, in curve order; they sum to the measure
-  std::vector<double> uv;    // 2 L: the leaf centres in the surface's own parameters
-};
-SurfaceCurve build_surface_curve(const ParametricSurface& surface, const SurfaceSampleParameters& parameters,
-                                 const CancelToken& cancel = {});
 
 }  // namespace meander

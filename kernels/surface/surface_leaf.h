@@ -1,8 +1,9 @@
-// Leaves of the curve over a parametric surface, found by their place along it.
+// Leaves of the curve over a parametric surface, found by their position along it.
 #pragma once
 
 #include <algorithm>
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include "kernels/surface/patch_tree.h"
@@ -12,10 +13,13 @@ namespace meander {
 // A leaf in the curve's square.
 struct SurfaceLeaf {
   double s = 0, t = 0, side = 0;
-  double bound = 0;  // of the measure per unit of the square, for rejection
+  double bound = 0;  // on the measure per unit of the square, for rejection
 };
 
 inline constexpr double bound_margin = 1.1;
+// A draw is accepted with a probability near 1 on smooth surfaces. This many misses mean a leaf whose measure
+// sits in a spot that the quadrature hit and hardly any draw hits.
+inline constexpr std::uint32_t max_trials = 1000;
 
 inline SurfaceLeaf leaf_of(const PatchTree& tree, std::size_t patch, const PatchNode& node) {
   const CurveTree& patches = tree.patches();

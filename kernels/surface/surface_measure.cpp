@@ -17,11 +17,11 @@ namespace {
 constexpr std::size_t quantile_grid = 128;
 constexpr std::size_t warp_grid = 256;
 constexpr int warp_levels = 6;  // Hilbert levels: 64 x 64 cells, 81 x 81 for the Peano curves
-// Share of the plain square in the warp, so that no part of the surface shrinks to nothing.
+// The share of the plain square in the warp, so that no part of the surface shrinks to nothing.
 constexpr double warp_floor = 0.02;
 // Curvature x diagonal that rounding may leave on a flat surface.
 constexpr double flat_curvature = 1e-9;
-// Densities down to this are rounding (1 + cos at its zeros), not mistakes.
+// Negative densities down to this are rounding (1 + cos at its zeros), not mistakes.
 constexpr double rounding = 1e-12;
 
 bool is_curvature(SurfaceDensityKind kind) {
@@ -40,8 +40,8 @@ struct Midpoints {
   }
 };
 
-// Inverse, at k / cells, of the distribution with these weights on equal intervals of [0, 1], mixed with a
-// little of the uniform one.
+// The inverse, at k / cells, of the distribution with these weights on equal intervals of [0, 1], mixed with
+// a little of the uniform distribution.
 void inverse_distribution(std::span<const double> weights, std::size_t cells, std::span<double> inverse) {
   const double total = std::accumulate(weights.begin(), weights.end(), 0.0);
   const auto count = static_cast<double>(weights.size());
@@ -110,7 +110,7 @@ double SurfaceMeasure::curvature(const SurfaceJet& jet) const {
   return std::max(std::abs(forms.k1), std::abs(forms.k2));
 }
 
-// The quantile by area; where it is zero (a flat surface with a bent part) over the bent part alone.
+// The quantile by area; where it is zero (a flat surface with a bent part), over the bent part alone.
 void SurfaceMeasure::find_reference_curvature(const CancelToken& cancel) {
   const Midpoints grid(quantile_grid);
   std::vector<SurfaceJet> jets(grid.s.size());
@@ -161,7 +161,7 @@ SquareWarp SurfaceMeasure::make_warp(std::size_t cells, const CancelToken& cance
   }
   ordered_blocks(cells + 1, 1, [&](std::size_t k, std::size_t) {
     cancel.check();
-    // Off the border, where a pole would leave nothing to go by.
+    // The clamp keeps off the border, where a pole would have no measure.
     const double u = std::clamp(warp.u[k], 0.5 / n, 1 - 0.5 / n);
     const std::vector<double> s(n, u);
     std::vector<double> t(n);

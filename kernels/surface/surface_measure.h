@@ -14,9 +14,9 @@
 namespace meander {
 
 // A continuous map of the unit square onto itself that spreads a measure about evenly: u by its marginal, v
-// by its conditional distribution (the inverse transform in two steps; "histogram equalisation" of the GMP
-// 2006 paper). Bilinear on a grid whose lines are lines of the curve's tree, so that the Jacobian is smooth
-// inside every node from that depth on.
+// by its conditional distribution (the inverse transform in two steps; "histogram equalisation" of Quinn et
+// al. 2006). It is bilinear on a grid whose lines are lines of the curve's tree, so that the Jacobian is
+// smooth inside every node from that depth on.
 struct SquareWarp {
   std::size_t cells = 0;  // a power of the tree's branching
   std::vector<double> u;  // cells + 1, ascending from 0 to 1
@@ -33,7 +33,7 @@ struct MeasureBatch {
   std::vector<double> u, v;     // parameters of the surface
   std::vector<double> value;    // area element x density, per unit of the curve's square
   std::vector<double> area;     // area element, per unit of the curve's square
-  std::vector<double> density;  // 0 where the area element is
+  std::vector<double> density;  // 0 where the area element is 0
   std::vector<Vector3> position;
   std::vector<Vector3> du_cross_dv;
 
@@ -44,15 +44,15 @@ struct MeasureBatch {
 
 class SurfaceMeasure {
  public:
-  // Looks for the curvature that gets density 1, and for the warp, on fixed grids. Throws as sample_surface.
-  // The surface must outlive this.
+  // Finds the curvature that gets density 1, and the warp, on fixed grids. Throws as sample_surface. The
+  // surface must outlive the object.
   SurfaceMeasure(const ParametricSurface& surface, const SurfaceSampleParameters& parameters,
                  const CancelToken& cancel);
 
   // Evaluates at the points (s, t) of the curve's square. Throws ItemError: non_finite, unreadable. Pure.
   void evaluate(std::span<const double> s, std::span<const double> t, MeasureBatch& batch) const;
 
-  // Hilbert levels from which on the warp is smooth inside a node; 0 without a warp.
+  // The Hilbert levels from which on the warp is smooth inside a node; 0 without a warp.
   int warp_depth() const;
   // The box around a grid of points of the surface (min x, y, z, max x, y, z) and its diagonal.
   const std::array<double, 6>& box() const { return box_; }

@@ -7,7 +7,7 @@
 
 namespace meander {
 
-// The row of status ok with these samples of that surface; its content hash is left to the caller. The
+// Makes the row of status ok with these samples of that surface; the caller sets its content hash. The
 // bounding box is that of the samples and of a grid of 65 x 65 points of the surface: it may lack a bump
 // between them. O(N).
 Row surface_row(const ParametricSurface& surface, SurfaceSamples&& samples);

@@ -18,7 +18,7 @@ using SurfaceSettings = SettingList<SurfaceSampleParameters>;
 const SurfaceSettings& surface_settings();
 
 // Sets kind and expression from the words uniform, mean, gaussian and max, or any expression, which is not
-// compiled. Returns what is wrong with a single word that is nearly one of these, or "".
+// compiled. Returns what is wrong with a single word that is similar to one of these, or "".
 std::string take_surface_density(std::string_view text, SurfaceDensity& density);
 
 }  // namespace meander

@@ -1,7 +1,6 @@
 #include "kernels/surface/surface_strata.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "kernels/surface/surface_leaf.h"
 
@@ -9,12 +8,9 @@ namespace meander {
 
 namespace {
 
-// As in sample_surface: this many misses mean a leaf whose measure sits in a spot.
-constexpr std::uint32_t most_redraws = 1000;
-
 double unit_from(std::uint32_t word) { return word * 0x1p-32; }
 
-// A point on its way.
+// A stratum's point that is not yet accepted.
 struct RedrawnDraft {
   std::size_t index;
   PhiloxBlock words;
@@ -31,7 +27,7 @@ SurfaceStrata::SurfaceStrata(const SurfaceMeasure& measure, const PatchTree& tre
       key_(key),
       shift_(random_pair(key, Stream::sequence_shift, 0).first) {
   const std::array<double, 6>& box = measure.box();
-  centre_ = {0.5 * (box[0] + box[3]), 0.5 * (box[1] + box[4]), 0.5 * (box[2] + box[5])};
+  center_ = {0.5 * (box[0] + box[3]), 0.5 * (box[1] + box[4]), 0.5 * (box[2] + box[5])};
   unit_ = 0.5 * std::max({box[3] - box[0], box[4] - box[1], box[5] - box[2]});
 }
 
@@ -65,8 +61,8 @@ void SurfaceStrata::draw(std::span<const PointDraw> draws, std::span<StratumPoin
     std::size_t left = 0;
     for (std::size_t i = 0; i < drafts.size(); ++i) {
       RedrawnDraft draft = drafts[i];
-      if (unit_from(draft.words[3]) * draft.leaf.bound < batch.value[i] || trial == most_redraws) {
-        const Vector3 at = (1 / unit_) * (batch.position[i] - centre_);
+      if (unit_from(draft.words[3]) * draft.leaf.bound < batch.value[i] || trial == max_trials) {
+        const Vector3 at = (1 / unit_) * (batch.position[i] - center_);
         StratumPoint& point = points[draft.index];
         for (std::size_t k = 0; k < 3; ++k)
           point.at[k] = std::clamp(static_cast<float>(k == 0 ? at.x : k == 1 ? at.y : at.z), -2.0f, 2.0f);
@@ -75,8 +71,7 @@ void SurfaceStrata::draw(std::span<const PointDraw> draws, std::span<StratumPoin
         point.second = t[i];
       } else {
         const PointDraw& from = draws[draft.index];
-        draft.words =
-            random_words(key_, Stream::stratum_retry, from.index, from.number * most_redraws + trial);
+        draft.words = random_words(key_, Stream::stratum_retry, from.index, from.number * max_trials + trial);
         drafts[left++] = draft;
       }
     }

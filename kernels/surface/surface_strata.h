@@ -13,7 +13,8 @@
 
 namespace meander {
 
-// `first` and `second` of its points are places in the curve's square. Measure and tree must outlive it.
+// `first` and `second` of its points are coordinates in the curve's square. Measure and tree must outlive the
+// object.
 class SurfaceStrata : public Strata {
  public:
   SurfaceStrata(const SurfaceMeasure& measure, const PatchTree& tree, std::uint32_t count, RandomKey key);
@@ -21,7 +22,7 @@ class SurfaceStrata : public Strata {
   double measure() const override { return tree_.total() / (unit_ * unit_); }
   void draw(std::span<const PointDraw> draws, std::span<StratumPoint> points) const override;
 
-  // Of every stratum, the position of its middle in the measure, in [0, 1).
+  // The position of the middle of every stratum in the measure, in [0, 1).
   std::vector<double> middles() const;
 
  private:
@@ -30,7 +31,7 @@ class SurfaceStrata : public Strata {
   std::uint32_t count_;
   RandomKey key_;
   double shift_;  // of the first interval, in intervals
-  Vector3 centre_;
+  Vector3 center_;
   double unit_;  // of the points
 };
 

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 #include "kernels/core/parallel.h"
 #include "kernels/core/portable_functions.h"
@@ -15,7 +14,7 @@ namespace meander {
 
 namespace {
 
-constexpr double largest_ratio = 1e12;  // what a collapsed triangle is reported as
+constexpr double largest_ratio = 1e12;  // reported for collapsed triangles
 
 // d(u, v) / d(x, y).
 struct Jacobian {
@@ -34,7 +33,7 @@ Jacobian operator*(const Jacobian& j, TangentTensor s) {
           j.vx * s.xy + j.vy * s.yy};
 }
 
-// Between the line on which v is constant and e1.
+// The angle between the line on which v is constant and e1.
 double angle_to(const Jacobian& j, double e1x, double e1y) {
   const double x = j.vy, y = -j.vx;  // J^-1 (1, 0) up to a factor
   if (!(portable::hypot(x, y) > 0)) return 0.5 * std::numbers::pi;
@@ -48,8 +47,8 @@ struct Weighed {
   double value, weight;
 };
 
-// The largest value that the weight of larger ones, and of it, exceeds `share`. Halves of the values are
-// partitioned and the one with the answer goes on: O(T), where sorting took a tenth of all charting.
+// The value above which the weight is at most `share`. Halves of the values are partitioned and the half with
+// the answer is divided further: O(T), because sorting would take a tenth of all charting.
 double upper_quantile(std::vector<Weighed>& values, double share) {
   constexpr std::ptrdiff_t few = 32;
   const auto larger = [](const Weighed& a, const Weighed& b) { return a.value > b.value; };
@@ -72,7 +71,7 @@ double upper_quantile(std::vector<Weighed>& values, double share) {
   return begin->value;
 }
 
-// Of values weighed by `weight`; `order` is scratch.
+// Mean and quantile of values weighted by `weight`; `order` is scratch.
 Shares shares_of(std::span<const double> value, std::span<const double> weight, std::vector<Weighed>& order) {
   order.clear();
   std::vector<double> terms(value.size());
@@ -113,9 +112,7 @@ TriangleAlignment triangle_alignment(const PreparedMesh& mesh, const CutChart& c
       j.vx = v1 / ex[0];
       j.uy = (u2 + j.ux * ex[2]) / -ey[2];
       j.vy = (v2 + j.vx * ex[2]) / -ey[2];
-      const std::size_t h = 3 * (chart.triangle_begin + t);
-      const TensorAxes spacing =
-          spacings_of((1.0 / 3) * (field.corner[h] + field.corner[h + 1] + field.corner[h + 2]));
+      const TensorAxes spacing = spacings_of(field.mean(chart.triangle_begin + t));
       const double wanted = spacing.first / spacing.second;
       result.anisotropic[t] = wanted >= isotropic_ratio;
       if (result.anisotropic[t]) result.angle[t] = angle_to(j, spacing.x, spacing.y);
@@ -128,7 +125,7 @@ TriangleAlignment triangle_alignment(const PreparedMesh& mesh, const CutChart& c
 
 namespace {
 
-// All but the overlap.
+// Measures everything but the overlap.
 AlignmentReport measured_alignment(const PreparedMesh& mesh, const CutChart& chart, const TensorField& field,
                                    std::span<const double> u, std::span<const double> v) {
   const TriangleAlignment each = triangle_alignment(mesh, chart, field, u, v);

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 #include "kernels/solve/intrinsic_disk.h"
 
@@ -10,7 +9,7 @@ namespace meander {
 
 namespace {
 
-constexpr std::uint32_t check_every = 1 << 16;  // triangles between looks at the deadline
+constexpr std::uint32_t check_every = 1 << 16;  // triangles between checks of the deadline
 
 struct Direction2 {
   double x = 0, y = 0;
@@ -32,9 +31,7 @@ class Comber {
     result_.inherited.assign(count, 1);
     for (std::uint32_t t = 0; t < count; ++t) {
       if (!geometry_.counts[t]) continue;
-      const std::size_t h = 3 * (std::size_t{chart_.triangle_begin} + t);
-      const TensorAxes axes =
-          spacings_of((1.0 / 3) * (field.corner[h] + field.corner[h + 1] + field.corner[h + 2]));
+      const TensorAxes axes = spacings_of(field.mean(chart_.triangle_begin + t));
       result_.first[t] = axes.first;
       result_.second[t] = axes.second;
       if (axes.first < parameters_.isotropic_ratio * axes.second) continue;
@@ -47,8 +44,8 @@ class Comber {
   void comb(const CancelToken& cancel) {
     const std::size_t count = chart_.triangle_count();
     if (count == 0) return;
-    // Two queues: triangles with a direction of their own first, so that no sign travels through an isotropic
-    // region as long as there is a way round it.
+    // Triangles with a direction of their own come first, in a queue of their own, so that no sign travels
+    // through an isotropic region as long as there is a way around it.
     std::vector<std::uint32_t> own, rest;
     std::size_t own_head = 0, rest_head = 0;
     std::vector<std::uint32_t> from(count, no_index);  // half-edge of the triangle that queued it
@@ -81,7 +78,7 @@ class Comber {
     }
   }
 
-  // Gauss-Seidel on the mean of the neighbours: the directions inherited from several sides meet smoothly.
+  // Gauss-Seidel on the mean of the neighbors: directions inherited from several sides meet smoothly.
   void smooth(const CancelToken& cancel) {
     for (std::uint32_t sweep = 0; sweep < parameters_.smoothing_sweeps && !order_.empty(); ++sweep) {
       cancel.check();
@@ -112,8 +109,8 @@ class Comber {
     result_.y[t] = e.y;
   }
 
-  // e1 of the triangle of half-edge h in the frame of the triangle on the other side, the two unfolded:
-  // angles to the common edge stay, and the edge runs the other way there.
+  // Carries e1 of the triangle of half-edge h into the frame of the triangle on the other side, the two
+  // unfolded: angles to the common edge stay, and the edge runs the other way there.
   Direction2 carried(std::uint32_t h) const {
     const std::uint32_t o = chart_.opposite[h];
     const double ax = unfolded_.x[h], ay = unfolded_.y[h], bx = -unfolded_.x[o], by = -unfolded_.y[o];
@@ -124,7 +121,8 @@ class Comber {
     return {(cosine * e.x - sine * e.y) / length, (sine * e.x + cosine * e.y) / length};
   }
 
-  // The mean direction of the neighbours that have one, by edge length. False where it vanishes.
+  // Takes the mean direction of the neighbors that have one, weighted by edge length. False where it
+  // vanishes.
   bool take_mean(std::uint32_t t) {
     Direction2 sum;
     double total = 0;
@@ -172,7 +170,7 @@ UnfoldedTriangles unfold_triangles(const ChartGeometry& geometry) {
     const std::size_t second = (base + 1) % 3, third = (base + 2) % 3;
     const double a = l[base], b = l[second], c = l[third];
     if (!(a > 0)) continue;  // a point
-    // The corner off the base, seen from where the base begins.
+    // The corner off the base, seen from the start of the base.
     const double x = 0.5 * (a + (c - b) * (c + b) / a);
     const double y = 2 * area_from_lengths(a, b, c) / a;
     double* ex = &unfolded.x[3 * t];

@@ -8,6 +8,7 @@
 #include "kernels/core/portable_functions.h"
 #include "kernels/core/weighted_quantile.h"
 #include "kernels/density/curvature.h"
+#include "kernels/mesh/half_edges.h"
 #include "kernels/mesh/vertex_corners.h"
 #include "kernels/tensor/tensor_blocks.h"
 #include "kernels/tensor/vertex_tensors.h"
@@ -18,10 +19,10 @@ namespace {
 
 constexpr std::size_t fitting_block = 1024;
 // The edges of a vertex span its plane when the smaller moment is at least this share of the larger one.
-constexpr double least_span = 1e-4;
+constexpr double min_span = 1e-4;
 
-// Moments of the steps e and of the turns d of the normal along them: |A e - d|^2 is least, over symmetric A,
-// where A E + E A = D + D^T with E = sum w e e^T, D = sum w d e^T.
+// Moments of the steps e and of the turns d of the normal along them. The least-squares fit of A e to d over
+// symmetric A satisfies A E + E A = D + D^T with E = sum w e e^T, D = sum w d e^T.
 struct TurnFit {
   TangentTensor steps;             // E
   double xx = 0, xy = 0, yy = 0;   // symmetric part of D
@@ -37,7 +38,7 @@ struct TurnFit {
   }
   bool solve(TangentTensor& result) const {
     const TensorAxes axes = tensor_axes(steps);
-    if (!(axes.first > 0) || !(axes.second > least_span * axes.first)) return false;
+    if (!(axes.first > 0) || !(axes.second > min_span * axes.first)) return false;
     TangentTensor turned = in_turned_frame({xx, xy, yy}, axes.x, axes.y);
     turned = {turned.xx / axes.first, 2 * turned.xy / (axes.first + axes.second), turned.yy / axes.second};
     result = in_turned_frame(turned, axes.x, -axes.y);
@@ -52,15 +53,7 @@ void add_edge(const PreparedMesh& mesh, std::span<const TangentFrame> frames, co
   fit.add(weight, dot(e, at.x), dot(e, at.y), dot(d, at.x), dot(d, at.y));
 }
 
-std::vector<std::uint8_t> boundary_vertices(const PreparedMesh& mesh) {
-  std::vector<std::uint8_t> boundary(mesh.vertex_count(), 0);
-  for (std::uint32_t h = 0; h < mesh.opposite.size(); ++h)
-    if (mesh.opposite[h] == no_index)
-      boundary[mesh.triangles[h]] = boundary[mesh.triangles[next_half_edge(h)]] = 1;
-  return boundary;
-}
-
-// The fit at one vertex; `keep(a, b)`: whether an edge between vertices a and b counts.
+// The fit at one vertex; keep(a, b) says whether an edge between vertices a and b counts.
 template <class Keep>
 TurnFit fit_at(const PreparedMesh& mesh, std::span<const TangentFrame> frames,
                std::span<const std::uint32_t> corners, const TangentFrame& at, const Keep& keep) {
@@ -79,43 +72,27 @@ TurnFit fit_at(const PreparedMesh& mesh, std::span<const TangentFrame> frames,
   return fit;
 }
 
-// Transported mean over the neighbours that had a value before this round.
+// Gives vertices without a value the transported mean of the neighbors that had one before each round.
 void fill_unknown(const PreparedMesh& mesh, std::span<const TangentFrame> frames, const VertexCorners& around,
                   std::vector<std::uint8_t>& known, std::vector<TangentTensor>& tensors) {
-  std::vector<std::uint32_t> unknown;
-  for (std::uint32_t v = 0; v < known.size(); ++v)
-    if (known[v] == 0) unknown.push_back(v);
   struct Value {
     TangentTensor sum;
     double count = 0;
   };
-  std::vector<Value> value;
-  for (int round = 0; round < fill_rounds && !unknown.empty(); ++round) {
-    value.assign(unknown.size(), {});
-    for (std::size_t i = 0; i < unknown.size(); ++i)
-      for (const std::uint32_t h : around.of(unknown[i]))
-        for (const std::uint32_t other : {next_half_edge(h), previous_half_edge(h)}) {
-          const std::uint32_t w = mesh.triangles[other];
-          if (known[w] == 0) continue;
-          value[i].sum = value[i].sum + transport(tensors[w], frames[w], frames[unknown[i]]);
-          value[i].count += 1;
-        }
-    std::size_t left = 0;
-    for (std::size_t i = 0; i < unknown.size(); ++i) {
-      const std::uint32_t v = unknown[i];
-      if (value[i].count == 0) {
-        unknown[left++] = v;
-        continue;
-      }
-      tensors[v] = (1 / value[i].count) * value[i].sum;
-      known[v] = 1;
-    }
-    if (left == unknown.size()) break;
-    unknown.resize(left);
-  }
+  fill_from_neighbors<Value>(
+      mesh, around, known,
+      [&](Value& value, std::uint32_t v, std::uint32_t neighbor) {
+        value.sum = value.sum + transport(tensors[neighbor], frames[neighbor], frames[v]);
+        value.count += 1;
+      },
+      [&](const Value& value, std::uint32_t v) {
+        if (value.count == 0) return false;
+        tensors[v] = (1 / value.count) * value.sum;
+        return true;
+      });
 }
 
-// The curvature above which curvatures count as this one: the quantile over the part that is not flat.
+// The cap on curvatures: their quantile over the part that is not flat.
 double largest_curvature(const PreparedMesh& mesh, std::span<const double> bend, double epsilon,
                          double share) {
   std::vector<double> area(bend.size(), 0.0);
@@ -130,11 +107,12 @@ std::vector<TangentTensor> curvature_tensors(const PreparedMesh& mesh, std::span
                                              const CancelToken& cancel) {
   const std::size_t vertices = mesh.vertex_count();
   const VertexCorners around(mesh);
-  const std::vector<std::uint8_t> boundary = boundary_vertices(mesh);
+  const std::vector<std::uint8_t> boundary = boundary_vertices(mesh.triangles, mesh.opposite, vertices);
   std::vector<TangentTensor> result(vertices);
   std::vector<std::uint8_t> known(vertices, 0);
   const double rounding = 0x1p-24 * (1 + norm(centre_in_units(mesh)));
-  // Coordinates off by `rounding` turn normals by rounding / length, and curvatures by that once more.
+  // Coordinates off by `rounding` turn normals by rounding / length, and change curvatures by that over
+  // length.
   const auto accept = [&](const TurnFit& fit, std::size_t v) {
     if (!fit.solve(result[v])) return;
     const TensorAxes axes = tensor_axes(result[v]);
@@ -150,7 +128,7 @@ std::vector<TangentTensor> curvature_tensors(const PreparedMesh& mesh, std::span
   });
   cancel.check();
   fill_unknown(mesh, frames, around, known, result);
-  // Narrow strips: nothing but the boundary to go by.
+  // Vertices of narrow strips have only boundary edges.
   const std::vector<std::uint8_t> filled = known;
   const auto all = [](std::uint32_t, std::uint32_t) { return true; };
   for (std::size_t v = 0; v < vertices; ++v)
@@ -181,11 +159,11 @@ std::vector<TangentTensor> curvature_field(const PreparedMesh& mesh, std::span<c
   }
   const double largest =
       parameters.adaptive ? largest_curvature(mesh, bend, epsilon, parameters.quantile) : 0.0;
-  const double least_share = 1 / (parameters.max_ratio * parameters.max_ratio);
+  const double min_share = 1 / (parameters.max_ratio * parameters.max_ratio);
   parallel_blocks(field.size(), fitting_block, [&](std::size_t begin, std::size_t end) {
     for (std::size_t v = begin; v < end; ++v) {
       TensorAxes axes = tensor_axes(field[v]);
-      // Where the first one bends more, the second direction is the long one: the axes change places.
+      // Where the first direction bends more, the second is the long one: the axes change places.
       double flat = std::abs(axes.second), bent = std::abs(axes.first);
       double x = -axes.y, y = axes.x;
       if (flat > bent) {
@@ -198,7 +176,7 @@ std::vector<TangentTensor> curvature_field(const PreparedMesh& mesh, std::span<c
         bent = largest;
       }
       bent += epsilon;
-      flat = std::max(flat + epsilon, least_share * bent);
+      flat = std::max(flat + epsilon, min_share * bent);
       double first = -0.5 * portable::log(flat), second = -0.5 * portable::log(bent);
       if (!parameters.adaptive) {
         first = 0.5 * (first - second);
@@ -208,10 +186,10 @@ std::vector<TangentTensor> curvature_field(const PreparedMesh& mesh, std::span<c
     }
   });
   smooth_tensors(mesh, frames, field, parameters.smoothing, cancel);
-  const double least_log = portable::log(isotropic_ratio);
+  const double min_log = portable::log(isotropic_ratio);
   for (TangentTensor& tensor : field) {
     const TensorAxes axes = tensor_axes(tensor);
-    if (axes.first - axes.second < least_log) tensor = 0.5 * trace(tensor) * TangentTensor{1, 0, 1};
+    if (axes.first - axes.second < min_log) tensor = 0.5 * trace(tensor) * TangentTensor{1, 0, 1};
   }
   return field;
 }

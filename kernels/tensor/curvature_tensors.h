@@ -1,7 +1,6 @@
 // Curvature tensors at the vertices of a mesh, and the spacings that follow them.
 #pragma once
 
-#include <cstdint>
 #include <span>
 #include <string>
 #include <vector>
@@ -17,34 +16,36 @@ namespace meander {
 // normal (a sphere seen from outside).
 //
 // Finite differences of vertex normals along edges (Rusinkiewicz 2004, "Estimating curvatures and their
-// derivatives on triangle meshes"), but one least-squares fit per vertex over all edges of its triangles
+// derivatives on triangle meshes"), but with one least-squares fit per vertex over all edges of its triangles
 // (weights: mixed area over squared edge lengths) in place of a fit per triangle, so that needles and slivers
 // do not degrade it. Safeguards:
-// - normals on the boundary are one-sided: edges that touch it are used only where there are no others;
-// - boundary vertices, and vertices whose edges do not span their plane, take the transported mean of their
-//   neighbours that have a value, round by round (at most 64);
-// - curvatures within the rounding error of float32 coordinates are set to zero.
-// Error O(h^2) on regular meshes of edge length h, bounded (a few per cent) on irregular ones, whose vertex
-// normals are off by O(h). O(T), parallel, deterministic.
+// - Normals on the boundary are one-sided: edges that touch it are used only where there are no others.
+// - Boundary vertices, and vertices whose edges do not span their plane, take the transported mean of their
+//   neighbors that have a value, round by round (at most 64).
+// - Curvatures within the rounding error of float32 coordinates are set to zero.
+// The error is O(h^2) on regular meshes of edge length h, and bounded (a few percent) on irregular ones,
+// whose vertex normals are off by O(h). O(T), parallel, deterministic.
 std::vector<TangentTensor> curvature_tensors(const PreparedMesh& mesh, std::span<const TangentFrame> frames,
                                              const CancelToken& cancel = {});
 
 struct CurvatureFieldParameters {
-  bool adaptive = false;   // density 1 / (s1 s2) follows the curvature; false: s1 s2 = 1, only shapes vary
+  // True: the density 1 / (s1 s2) follows the curvature; false: s1 s2 = 1, only shapes vary.
+  bool adaptive = false;
   double max_ratio = 8;    // s1 / s2 is clamped to it; 1..64
-  double epsilon = 0.02;   // added to curvatures, 1 / diagonal: what is flatter counts as flat; 1e-6..1e3
-  double quantile = 0.99;  // adaptive: curvatures above this share of the area count as that one; (0, 1]
+  double epsilon = 0.02;   // added to curvatures, 1 / diagonal: smaller ones count as flat; 1e-6..1e3
+  double quantile = 0.99;  // adaptive: share of the area at whose curvature larger ones are capped; (0, 1]
   unsigned smoothing = 3;  // rounds of smooth_tensors; 0..64
 };
 
-// One sentence per value that is out of its range.
+// Returns one sentence for each value out of its range.
 std::vector<std::string> validate(const CurvatureFieldParameters& parameters);
 
 // log S at the W working vertices in the given frames: s_k = (|kappa_k| + epsilon)^(-1/2), so that the
-// primary direction is that of least absolute curvature; s1 is limited to max_ratio s2; the tensors are
-// smoothed before and the field after this; where s1 / s2 < 1.05 (umbilics, flat parts) the field is made
-// isotropic. Depends on neither scale nor position. Not normalised (normalise_spacings does that). O(T + W
-// log W), deterministic for every thread count. Throws timeout / RunCancelled; parameters are taken as valid.
+// primary direction is that of least absolute curvature; s1 is limited to max_ratio s2. The tensors are
+// smoothed before this step and the field after it; where s1 / s2 < 1.05 (umbilics, flat parts) the field is
+// made isotropic. It depends on neither scale nor position, and is not normalized (normalize_spacings does
+// that). O(T + W log W), deterministic for every thread count. Throws timeout / RunCancelled; parameters are
+// taken as valid.
 std::vector<TangentTensor> curvature_field(const PreparedMesh& mesh, std::span<const TangentFrame> frames,
                                            const CurvatureFieldParameters& parameters,
                                            const CancelToken& cancel = {});

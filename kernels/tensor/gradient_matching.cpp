@@ -14,21 +14,21 @@ namespace meander {
 namespace {
 
 constexpr double square_margin = 0x1p-12;  // that of fit_square()
-constexpr double least_weight = 1e-6;      // of a half-edge, where cotangents defeat the factorisation
+constexpr double min_weight = 1e-6;        // of a half-edge, where cotangents defeat the factorization
 
-// With more bad triangles than this the chart folds as a whole: patches would be slow and would not help.
-std::size_t most_repaired(std::size_t triangles) { return std::max<std::size_t>(16, triangles / 50); }
+// With more bad triangles than this, the chart folds as a whole: patches would be slow and would not help.
+std::size_t max_repaired(std::size_t triangles) { return std::max<std::size_t>(16, triangles / 50); }
 
-// Scale and shift into the unit square. Returns the scale.
+// Scales and shifts the chart into the unit square. Returns the scale.
 double fit_unrotated(std::span<double> u, std::span<double> v) {
   if (u.empty()) return 0;
   const auto [left, right] = std::minmax_element(u.begin(), u.end());
   const auto [low, high] = std::minmax_element(v.begin(), v.end());
   const double extent = std::max(*right - *left, *high - *low);
   const double scale = extent > 0 ? (1 - 2 * square_margin) / extent : 0;
-  const double centre_u = 0.5 * (*left + *right), centre_v = 0.5 * (*low + *high);
-  for (double& x : u) x = std::clamp(0.5 + scale * (x - centre_u), 0.0, 1.0);
-  for (double& y : v) y = std::clamp(0.5 + scale * (y - centre_v), 0.0, 1.0);
+  const double center_u = 0.5 * (*left + *right), center_v = 0.5 * (*low + *high);
+  for (double& x : u) x = std::clamp(0.5 + scale * (x - center_u), 0.0, 1.0);
+  for (double& y : v) y = std::clamp(0.5 + scale * (y - center_v), 0.0, 1.0);
   return scale;
 }
 
@@ -39,12 +39,12 @@ struct FieldMap {
   bool sound = false;   // no flips, no branch points
 };
 
-// Data shared by all attempts on one chart.
+// Data that all attempts on one chart share.
 struct FieldDisk {
   const CutChart& cut;
   IntrinsicDisk space;     // mollified lengths in space
-  IntrinsicDisk metric;    // lengths in spacings, by the tensor of each triangle: the sides of an edge differ
-  ChartGeometry geometry;  // of the metric: what "flipped or collapsed" is judged by
+  IntrinsicDisk metric;    // lengths in spacings of each triangle: the sides of an edge differ
+  ChartGeometry geometry;  // of the metric, for judging flipped or collapsed triangles
   TargetSteps steps;
 };
 
@@ -75,13 +75,13 @@ FieldMap try_weights(const FieldDisk& disk, const IntrinsicDisk& lengths, WorkBu
   map.match = match_gradients(disk.space, weights, disk.steps, cancel, &budget);
   if (!map.match.finite) {
     // Positive weights make an M-matrix, which has a factor whatever the triangles.
-    for (double& w : weights) w = std::max(w, least_weight);
+    for (double& w : weights) w = std::max(w, min_weight);
     map.match = match_gradients(disk.space, weights, disk.steps, cancel, &budget);
   }
   if (!map.match.finite) return map;
   std::vector<double>&u = map.match.u, &v = map.match.v;
   MapScan scan = scan_map(disk.geometry, disk.cut.triangles, u, v);
-  if (!scan.bad.empty() && scan.bad.size() <= most_repaired(disk.cut.triangle_count())) {
+  if (!scan.bad.empty() && scan.bad.size() <= max_repaired(disk.cut.triangle_count())) {
     map.repaired = repair_flips(disk.metric, disk.geometry, scan.bad, u, v, cancel, &budget);
     scan = scan_map(disk.geometry, disk.cut.triangles, u, v);
   }
@@ -112,7 +112,7 @@ GradientMatch match_gradients(const IntrinsicDisk& disk, std::span<const double>
   if (pinned.empty()) return match;
   pinned[0] = 1;
   const DirichletLaplacian laplacian(disk, {weights.begin(), weights.end()}, pinned, cancel, budget);
-  if (!laplacian.factorised()) return match;
+  if (!laplacian.factorized()) return match;
   std::vector<double> right_u(disk.vertex_count, 0), right_v(disk.vertex_count, 0);
   for (std::uint32_t h = 0; h < disk.triangles.size(); ++h) {
     const std::uint32_t from = disk.triangles[h], to = disk.triangles[next_half_edge(h)];

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <cstdio>
 #include <stdexcept>
-#include <utility>
 
 #include "kernels/core/check_range.h"
 #include "kernels/core/expression.h"
@@ -22,8 +21,8 @@ namespace meander {
 namespace {
 
 // Eigenvalues below this share of the larger one are zero within rounding.
-constexpr double least_eigenvalue = 1e-14;
-constexpr double least_length = 1 - 1e-6;  // of vectors, which files hold as float32
+constexpr double min_eigenvalue = 1e-14;
+constexpr double min_length = 1 - 1e-6;  // of vectors, which files hold as float32
 
 std::string printed(double value) {
   char text[32];
@@ -43,7 +42,7 @@ CurvatureFieldParameters curvature_parameters(const TensorParameters& p) {
 AmbientTensor ambient(const double* v) { return {v[0], v[1], v[2], v[3], v[4], v[5]}; }
 
 bool positive_definite(const std::array<double, 6>& values) {
-  // Scaled, so that products of large numbers stay finite.
+  // The values are scaled, so that products of large numbers stay finite.
   double size = 0;
   for (const double v : values) {
     if (!std::isfinite(v)) return false;
@@ -52,7 +51,7 @@ bool positive_definite(const std::array<double, 6>& values) {
   std::array<double, 6> scaled{};
   for (std::size_t k = 0; k < 6 && size > 0; ++k) scaled[k] = values[k] / size;
   const AmbientTensor a = ambient(scaled.data());
-  // Sylvester's minors.
+  // Sylvester's minors decide.
   const double second = a.xx * a.yy - a.xy * a.xy;
   const double third = a.xx * (a.yy * a.zz - a.yz * a.yz) - a.xy * (a.xy * a.zz - a.yz * a.xz) +
                        a.xz * (a.xy * a.yz - a.yy * a.xz);
@@ -61,12 +60,12 @@ bool positive_definite(const std::array<double, 6>& values) {
 
 // 3 or 6 numbers for each of `count` elements, in columns or rows.
 struct Columns {
-  std::string name;     // as sentences say it: the vertex attribute "T", the table
+  std::string name;     // in sentences: the vertex attribute "T", the table
   std::string element;  // vertex or face
   unsigned columns = 0;
   std::size_t count = 0, stride = 1;
   std::array<const double*, 6> begin{};
-  const std::uint32_t* polygon = nullptr;  // of rows by corners of triangles: the face of each triangle
+  const std::uint32_t* polygon = nullptr;  // rows by corners of triangles: the face of each triangle
 
   std::string place(std::size_t i) const {
     return polygon == nullptr ? element + " " + std::to_string(i) : "face " + std::to_string(polygon[i / 3]);
@@ -138,7 +137,7 @@ Columns columns_of(const TensorTable& table, std::size_t vertices) {
   return result;
 }
 
-// log S in the plane of the frame; false when the values are not what they must be.
+// log S in the plane of the frame; false when the values are invalid.
 bool log_spacing(const std::array<double, 6>& values, unsigned columns, TensorForm form,
                  const TangentFrame& frame, TangentTensor& result) {
   for (unsigned k = 0; k < columns; ++k)
@@ -146,7 +145,7 @@ bool log_spacing(const std::array<double, 6>& values, unsigned columns, TensorFo
   if (columns == 3) {
     const Vector3 v{values[0], values[1], values[2]};
     const double ratio = portable::hypot(v.x, v.y, v.z);
-    if (!(ratio >= least_length) || !std::isfinite(ratio)) return false;
+    if (!(ratio >= min_length) || !std::isfinite(ratio)) return false;
     const double x = dot(v, frame.x), y = dot(v, frame.y), length = portable::hypot(x, y);
     const double half = 0.5 * portable::log(std::max(1.0, ratio));
     result = {};
@@ -155,7 +154,7 @@ bool log_spacing(const std::array<double, 6>& values, unsigned columns, TensorFo
   }
   const TangentTensor inner = tangent_part(ambient(values.data()), frame);
   TensorAxes axes = tensor_axes(inner);
-  if (!std::isfinite(axes.first) || !(axes.second > least_eigenvalue * axes.first)) return false;
+  if (!std::isfinite(axes.first) || !(axes.second > min_eigenvalue * axes.first)) return false;
   axes.first = portable::log(axes.first);
   axes.second = portable::log(axes.second);
   result = tensor_of(axes);
@@ -178,14 +177,14 @@ bool log_spacing(const std::array<double, 6>& values, unsigned columns, TensorFo
                   columns.name + " is not positive definite in the tangent plane at " + at);
 }
 
-// element(h): number of the row behind corner h; plane(h): the frame that its tensor lives in.
+// element(h): the row behind corner h; plane(h): the frame that its tensor lies in.
 template <class Element, class Plane>
 TensorField field_of(const PreparedMesh& mesh, const Columns& columns, TensorForm form,
                      const Element& element, const Plane& plane, const CancelToken& cancel) {
   TensorField field;
   field.corner.resize(mesh.triangles.size());
   std::atomic<std::size_t> bad{SIZE_MAX}, beyond{SIZE_MAX};
-  const auto least = [](std::atomic<std::size_t>& at, std::size_t i) {
+  const auto lower = [](std::atomic<std::size_t>& at, std::size_t i) {
     std::size_t old = at.load();
     while (i < old && !at.compare_exchange_weak(old, i)) {
     }
@@ -198,13 +197,13 @@ TensorField field_of(const PreparedMesh& mesh, const Columns& columns, TensorFor
       for (std::size_t h = 3 * t; h < 3 * t + 3; ++h) {
         const std::size_t i = element(h);
         if (i >= columns.count) {
-          least(beyond, i);
+          lower(beyond, i);
           continue;
         }
         const TangentFrame& frame = plane(h, own);
         TangentTensor value;
         if (!log_spacing(columns.row(i), columns.columns, form, frame, value))
-          least(bad, i);
+          lower(bad, i);
         else
           field.corner[h] = &frame == &own ? value : transport(value, frame, own);
       }
@@ -218,7 +217,7 @@ TensorField field_of(const PreparedMesh& mesh, const Columns& columns, TensorFor
   return field;
 }
 
-// Rows per vertex of the file, in the planes of the working vertices.
+// A field from rows by vertices of the file, in the planes of the working vertices.
 TensorField vertex_field(const PolygonMesh& file, const PreparedMesh& mesh, const Columns& columns,
                          TensorForm form, const CancelToken& cancel) {
   const std::vector<TangentFrame> frames = vertex_frames(mesh);
@@ -303,9 +302,9 @@ TensorField raw_field(const PolygonMesh& file, const PreparedMesh& mesh, const T
   return field_from_vertices(mesh, frames, curvature_field(mesh, frames, curvature_parameters(p), cancel));
 }
 
-// Differences of the eigenvalues down to log(most), their sum kept.
-TensorFieldReport clamp_ratios(const PreparedMesh& mesh, TensorField& field, double most) {
-  const double limit = portable::log(most);
+// Reduces differences of the eigenvalues to log(max_ratio), with their sum kept.
+TensorFieldReport clamp_ratios(const PreparedMesh& mesh, TensorField& field, double max_ratio) {
+  const double limit = portable::log(max_ratio);
   std::vector<double> ratio(field.corner.size(), 1.0);
   std::vector<std::uint8_t> clamped(mesh.triangle_count(), 0);
   parallel_blocks(mesh.triangle_count(), tensor_block, [&](std::size_t begin, std::size_t end) {
@@ -314,7 +313,7 @@ TensorFieldReport clamp_ratios(const PreparedMesh& mesh, TensorField& field, dou
       TangentTensor& tensor = field.corner[h];
       double difference = 2 * portable::hypot(0.5 * (tensor.xx - tensor.yy), tensor.xy);
       if (difference > limit) {
-        // Not for the last bits alone.
+        // A difference in the last bits alone does not count.
         if (difference > limit + 1e-9) clamped[h / 3] = 1;
         const double half = 0.5 * trace(tensor), shrink = limit / difference;
         tensor = half * TangentTensor{1, 0, 1} + shrink * (tensor + -half * TangentTensor{1, 0, 1});
@@ -334,8 +333,8 @@ TensorFieldReport clamp_ratios(const PreparedMesh& mesh, TensorField& field, dou
   return report;
 }
 
-// Values of any size (1e200, say) to where their exponentials are numbers.
-void centre_spacings(const PreparedMesh& mesh, TensorField& field) {
+// Shifts values of any size (1e200, say) to where their exponentials are finite.
+void center_spacings(const PreparedMesh& mesh, TensorField& field) {
   std::vector<double> weighted(mesh.area);
   for (std::size_t t = 0; t < weighted.size(); ++t)
     weighted[t] *=
@@ -394,8 +393,8 @@ TensorField make_tensor_field(const PolygonMesh& file, const PreparedMesh& mesh,
   cancel.check();
   const TensorFieldReport ratios = clamp_ratios(mesh, field, parameters.max_ratio);
   if (report != nullptr) *report = ratios;
-  centre_spacings(mesh, field);
-  if (const double factor = normalise_spacings(mesh, field); !std::isfinite(factor) || !(factor > 0))
+  center_spacings(mesh, field);
+  if (const double factor = normalize_spacings(mesh, field); !std::isfinite(factor) || !(factor > 0))
     throw ItemError(Status::unreadable,
                     "the spacings of the tensor field differ too much: their density is not finite");
   return field;

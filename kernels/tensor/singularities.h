@@ -1,4 +1,4 @@
-// Where a tensor field has no direction: indices, singularities, and cuts that join them
+// Points where a tensor field has no direction: indices, singularities, and cuts that join them
 // (docs/METHODS.md 9.5).
 #pragma once
 
@@ -19,20 +19,18 @@ namespace meander {
 // triangles at the same vertex after unfolding over their edge, always by the doubled angle, at most half a
 // turn. These links bound three kinds of cells: triangles and edges (four corners), which are flat, and the
 // corners around a vertex, whose holonomy is the angle defect. The winding of every cell is a whole number of
-// turns, and because each link is run through once in each direction, all turns of a closed component sum to
-// twice its Euler characteristic, exactly, whatever the field. A field from vertices has its singularities in
-// triangles (vertices take up the curvature), a field that is constant on faces at vertices.
+// turns. Each link is run through once in each direction, so all turns of a closed component sum to twice its
+// Euler characteristic, exactly, whatever the field. A field from vertices has its singularities in triangles
+// (vertices take up the curvature), a field that is constant on faces has them at vertices.
 struct TensorIndices {
   std::vector<std::int32_t> triangle;  // T
   std::vector<std::int32_t> edge;      // 3 T: at the smaller half-edge of each interior edge, 0 elsewhere
   std::vector<std::int32_t> vertex;    // W; 0 on the boundary
 };
 // O(T), deterministic. Corners without a direction (isotropic, or of triangles without area) take the mean
-// angle of those around them, from the rim of their region inwards.
+// angle of those around them, from the rim of their region inwards. Throws timeout / RunCancelled.
 TensorIndices tensor_indices(const PreparedMesh& mesh, const TensorField& field,
                              const CancelToken& cancel = {});
-// Sum of the indices (not doubled) of one component: chi = 2 - 2 genus when it is closed.
-double index_sum(const TensorIndices& indices, const Component& component);
 
 enum class SingularityPlace : std::uint8_t { triangle, edge, vertex };
 struct Singularity {
@@ -44,25 +42,25 @@ struct Singularity {
   std::uint32_t vertex = 0;         // the working vertex nearest to it, through which cuts pass
 };
 
-// All cells of non-zero index, triangles first, then edges, then vertices, each ascending. With
+// Returns all cells of non-zero index, triangles first, then edges, then vertices, each ascending. With
 // `drop_isotropic`, singularities in and beside isotropic regions (vertices with s1 / s2 < 1.05 at all
-// corners) are noise: of each region one is left, near its middle, with the sum of them all, and none where
-// that is 0, where the region reaches the boundary, or where it is a whole component. O(T).
+// corners) count as noise: each region keeps one, near its middle, with their sum, or none where that is 0,
+// where the region reaches the boundary, or where it is a whole component. O(T).
 std::vector<Singularity> find_singularities(const PreparedMesh& mesh, const TensorField& field,
                                             bool drop_isotropic = true, const CancelToken& cancel = {});
 
-// The field with the mean of its corners on each triangle: its singularities are all at vertices, so that a
-// sign of e1 chosen per triangle and carried over uncut edges is consistent once they are cut through.
+// The field with the mean of its corners on each triangle. Its singularities are all at vertices, so a sign
+// of e1 chosen per triangle and carried over uncut edges is consistent once they are cut through.
 TensorField mean_on_triangles(const TensorField& field);
 
 struct SingularityCutParameters {
   double bend = 4;  // c: an edge at angle a to e1 costs |e| (1 + c sin^2 a); 0..1e6
 };
-// Interior half-edges (one of each pair, ascending) to cut, so that every singularity is joined to another
-// one or to the boundary by a shortest path, and every connected set of cuts that does not reach the boundary
-// has a whole index sum, as far as the singularities of its component allow. The cuts contain no cycle (the
-// boundary counted as one point). Working half-edges: subtract 3 triangle_begin for open_seams. A cut of one
-// edge between two inner vertices opens into a boundary of two edges.
+// Returns interior half-edges (one of each pair, ascending) to cut, so that every singularity is joined to
+// another one or to the boundary by a shortest path, and every connected set of cuts that does not reach the
+// boundary has a whole index sum, as far as the singularities of its component allow. The cuts contain no
+// cycle (the boundary counted as one point). Half-edges are those of the mesh: subtract 3 triangle_begin for
+// open_seams. A cut of one edge between two inner vertices opens into a boundary of two edges.
 // O(R T log T), R <= log2(singularities) + 1 rounds (Boruvka). Deterministic. Throws timeout / RunCancelled.
 std::vector<std::uint32_t> connect_singularities(const PreparedMesh& mesh, const TensorField& field,
                                                  std::span<const Singularity> singularities,

@@ -1,4 +1,4 @@
-// The metric of a tensor field as edge lengths, for everything that works on lengths alone: seams, charts and
+// The metric of a tensor field as edge lengths, for kernels that work on lengths alone: seams, charts and
 // pieces (docs/METHODS.md 9.3).
 #pragma once
 
@@ -8,11 +8,11 @@
 
 namespace meander {
 
-// The field's lengths of half-edges (metric_edge_lengths), 3 T, both sides of an edge alike. Where a field
+// The field's lengths of half-edges (metric_edge_lengths), 3 T, equal on both sides of an edge. Where a field
 // changes much within a triangle, its lengths may break the triangle inequality: the longest side is
-// shortened by half of the excess and the others are lengthened by a quarter each, in rounds over the mesh,
+// shortened by half of the excess and each of the others is lengthened by a quarter, in rounds over the mesh,
 // until every triangle has a margin of 1e-3 of its longest side, or for 100 rounds (flattening mollifies the
-// rest). Triangles that have no area in space are left alone. O(T) a round; deterministic. Throws timeout /
+// rest). Triangles without area in space are left alone. O(T) a round; deterministic. Throws timeout /
 // RunCancelled.
 std::vector<double> surface_metric(const PreparedMesh& mesh, const TensorField& field,
                                    const CancelToken& cancel = {});

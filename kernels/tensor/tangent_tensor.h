@@ -9,7 +9,6 @@
 // definite.
 #pragma once
 
-#include <algorithm>
 #include <cmath>
 
 #include "kernels/core/portable_functions.h"
@@ -17,7 +16,7 @@
 
 namespace meander {
 
-// xx, xy, yy in some orthonormal frame of a tangent plane.
+// Components xx, xy, yy in some orthonormal frame of a tangent plane.
 struct TangentTensor {
   double xx = 0, xy = 0, yy = 0;
 };
@@ -42,7 +41,7 @@ inline TensorAxes tensor_axes(TangentTensor a) {
   const double half = 0.5 * (a.xx - a.yy), radius = portable::hypot(half, a.xy), middle = 0.5 * (a.xx + a.yy);
   TensorAxes axes{middle + radius, middle - radius, 1, 0};
   if (!(radius > 0)) return axes;
-  // cos and sin of half the angle of (half, xy), the larger one first: no trigonometry, no cancellation.
+  // The larger of cos and sin of half the angle of (half, xy) comes first: no trigonometry, no cancellation.
   const double c = half / radius, s = a.xy / radius;
   if (c >= 0) {
     axes.x = std::sqrt(0.5 * (1 + c));
@@ -75,7 +74,7 @@ inline TangentTensor logarithm(TangentTensor a) {
   return apply(a, [](double v) { return portable::log(v); });
 }
 
-// From log S: the two spacings with the primary direction, and the metric G.
+// The two spacings with the primary direction, and the metric G, from log S.
 inline TensorAxes spacings_of(TangentTensor log_spacing) {
   TensorAxes axes = tensor_axes(log_spacing);
   axes.first = portable::exp(axes.first);
@@ -83,11 +82,9 @@ inline TensorAxes spacings_of(TangentTensor log_spacing) {
   return axes;
 }
 inline TangentTensor metric_of(TangentTensor log_spacing) { return exponential(-2.0 * log_spacing); }
-// log S of a metric in G form: s = lambda^(-1/2).
-inline TangentTensor log_spacing_of_metric(TangentTensor metric) { return -0.5 * logarithm(metric); }
 
-// The components in a frame that is turned by the angle whose cosine and sine are given (new x axis =
-// cosine x + sine y).
+// The components in a frame that is rotated by the angle with the given cosine and sine (new x axis = cosine
+// x + sine y).
 constexpr TangentTensor in_turned_frame(TangentTensor a, double cosine, double sine) {
   const double cc = cosine * cosine, ss = sine * sine, cs = cosine * sine;
   return {cc * a.xx + 2 * cs * a.xy + ss * a.yy, cs * (a.yy - a.xx) + (cc - ss) * a.xy,
@@ -98,11 +95,10 @@ constexpr TangentTensor in_turned_frame(TangentTensor a, double cosine, double s
 struct TangentFrame {
   Vector3 x{1, 0, 0}, y{0, 1, 0}, normal{0, 0, 1};
 };
-// Any frame of the plane with this unit normal; a pure function of the normal.
+// A frame of the plane with this unit normal; a pure function of the normal.
 TangentFrame frame_of_normal(Vector3 unit_normal);
-// v turned by the smallest rotation that takes unit normal `from` to unit normal `to` (parallel transport
-// across the fold between two planes). Opposite normals: v mirrored at the plane of `from`, unchanged within
-// it.
+// Rotates v by the smallest rotation that takes unit normal `from` to unit normal `to` (parallel transport
+// across the fold between two planes). For opposite normals, mirrors v at the plane of `from`.
 Vector3 transport(Vector3 v, Vector3 from, Vector3 to);
 // The same for a tensor: its components in `to`, given those in `from`.
 TangentTensor transport(TangentTensor tensor, const TangentFrame& from, const TangentFrame& to);

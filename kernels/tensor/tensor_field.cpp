@@ -6,10 +6,8 @@
 
 namespace meander {
 
-namespace {}  // namespace
-
 TangentFrame frame_of_normal(Vector3 n) {
-  // The axis that the normal is farthest from: never nearly parallel.
+  // The axis farthest from the normal is never nearly parallel to it.
   const double ax = std::abs(n.x), ay = std::abs(n.y), az = std::abs(n.z);
   const Vector3 axis = ax <= ay && ax <= az ? Vector3{1, 0, 0}
                        : ay <= az           ? Vector3{0, 1, 0}
@@ -81,7 +79,7 @@ std::vector<double> tensor_density(const TensorField& field) {
   return density;
 }
 
-double normalise_spacings(const PreparedMesh& mesh, TensorField& field) {
+double normalize_spacings(const PreparedMesh& mesh, TensorField& field) {
   const std::vector<double> density = tensor_density(field);
   std::vector<double> mass(mesh.triangle_count());
   for (std::size_t t = 0; t < mass.size(); ++t)

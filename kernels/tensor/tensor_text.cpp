@@ -24,7 +24,7 @@ bool parse_six(std::string_view text, std::array<double, 6>& numbers) {
   return false;
 }
 
-// Shortest decimals that read back.
+// The shortest decimals that read back.
 std::string six_text(const std::array<double, 6>& numbers) {
   std::string text;
   for (const double number : numbers) {

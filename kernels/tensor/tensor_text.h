@@ -16,7 +16,7 @@ inline constexpr std::string_view tensor_forms =
 // Sets kind, attribute (the path for files), constant and formula. Returns what is wrong with the text, or
 // "".
 std::string take_tensor(std::string_view text, TensorParameters& tensor);
-// The text that gives these.
+// The inverse: a text that gives these parameters.
 std::string tensor_text(const TensorParameters& tensor);
 
 }  // namespace meander

@@ -1,27 +1,26 @@
-// Gathers at every vertex from the triangles around it, so that no two threads add to one number.
+// Sums are gathered at every vertex from the triangles around it, so no two threads add to one number.
 #include "kernels/tensor/vertex_tensors.h"
 
 #include "kernels/core/parallel.h"
 #include "kernels/mesh/vertex_corners.h"
-#include "kernels/tensor/tensor_blocks.h"
 
 namespace meander {
 
 namespace {
 
 constexpr std::size_t smoothing_block = 2048;
-// Sums of normals shorter than this share of their terms are rounding.
-constexpr double least_sum = 1e-9;
+// Sums of normals shorter than this share of their terms are rounding errors.
+constexpr double min_sum = 1e-9;
 
 struct NormalSum {
   Vector3 sum;
-  double weight = 0;  // what the sum would measure if all normals agreed
+  double weight = 0;  // the length of the sum if all normals agreed
 
   void add(Vector3 v, double w) {
     sum = sum + v;
     weight += w;
   }
-  bool known() const { return norm(sum) > least_sum * weight && weight > 0; }
+  bool known() const { return norm(sum) > min_sum * weight && weight > 0; }
 };
 
 NormalSum max_normal(const PreparedMesh& mesh, std::span<const std::uint32_t> corners) {
@@ -39,8 +38,8 @@ NormalSum max_normal(const PreparedMesh& mesh, std::span<const std::uint32_t> co
   return normal;
 }
 
-// How tensors come from a neighbour into the frame of a vertex: the double angle that their deviators turn
-// by, and the areas beside the edge, summed.
+// The transport of tensors from a neighbor into the frame of a vertex: the double angle that their deviators
+// turn by, and the sum of the areas beside the edge.
 struct FrameTurn {
   std::uint32_t to, from;
   double cosine, sine, weight;
@@ -52,15 +51,16 @@ TangentTensor turned(TangentTensor a, const FrameTurn& turn) {
   return {middle + x, y, middle - x};
 }
 
-// transport() of a tensor, as an angle. Both half-edges of an edge turn by the same one, there and back.
+// The transport() of a tensor as an angle. Both half-edges of an edge turn by the same angle, in opposite
+// directions.
 FrameTurn turn_between(const TangentFrame& from, const TangentFrame& to) {
   const TangentTensor x = transport(TangentTensor{1, 0, -1}, from, to);
   return {0, 0, 0.5 * (x.xx - x.yy), x.xy, 0};
 }
 
-// Of all vertices, ascending by `to`.
-std::vector<FrameTurn> turns_to_neighbours(const PreparedMesh& mesh, std::span<const TangentFrame> frames,
-                                           const CancelToken& cancel) {
+// The turns of all vertices, ascending by `to`.
+std::vector<FrameTurn> turns_to_neighbors(const PreparedMesh& mesh, std::span<const TangentFrame> frames,
+                                          const CancelToken& cancel) {
   const auto area_at = [&](std::uint32_t h) { return h == no_index ? 0.0 : mesh.area[h / 3]; };
   std::vector<std::uint32_t> begin(mesh.vertex_count() + 1, 0);
   const auto each_edge = [&](const auto& body) {
@@ -97,13 +97,6 @@ TangentTensor tangent_part(const AmbientTensor& a, const TangentFrame& frame) {
   return {dot(frame.x, x), dot(frame.y, x), dot(frame.y, y)};
 }
 
-AmbientTensor ambient_tensor(TangentTensor t, const TangentFrame& frame) {
-  const Vector3 x = t.xx * frame.x + t.xy * frame.y, y = t.xy * frame.x + t.yy * frame.y;
-  const Vector3 u = frame.x, v = frame.y;
-  return {x.x * u.x + y.x * v.x, x.x * u.y + y.x * v.y, x.x * u.z + y.x * v.z,
-          x.y * u.y + y.y * v.y, x.y * u.z + y.y * v.z, x.z * u.z + y.z * v.z};
-}
-
 std::vector<TangentFrame> vertex_frames(const PreparedMesh& mesh) {
   const VertexCorners around(mesh);
   const std::size_t vertices = mesh.vertex_count();
@@ -118,29 +111,13 @@ std::vector<TangentFrame> vertex_frames(const PreparedMesh& mesh) {
       known[v] = 1;
     }
   });
-  std::vector<std::uint32_t> unknown;
-  for (std::uint32_t v = 0; v < vertices; ++v)
-    if (!known[v]) unknown.push_back(v);
-  std::vector<NormalSum> sums;
-  for (int round = 0; round < fill_rounds && !unknown.empty(); ++round) {
-    sums.assign(unknown.size(), {});
-    for (std::size_t i = 0; i < unknown.size(); ++i)
-      for (const std::uint32_t h : around.of(unknown[i]))
-        for (const std::uint32_t other : {next_half_edge(h), previous_half_edge(h)})
-          if (const std::uint32_t w = mesh.triangles[other]; known[w]) sums[i].add(frames[w].normal, 1);
-    std::size_t left = 0;
-    for (std::size_t i = 0; i < unknown.size(); ++i) {
-      const std::uint32_t v = unknown[i];
-      if (!sums[i].known()) {
-        unknown[left++] = v;
-        continue;
-      }
-      set(v, sums[i].sum);
-      known[v] = 1;
-    }
-    if (left == unknown.size()) break;
-    unknown.resize(left);
-  }
+  const std::vector<std::uint32_t> unknown = fill_from_neighbors<NormalSum>(
+      mesh, around, known,
+      [&](NormalSum& sum, std::uint32_t, std::uint32_t neighbor) { sum.add(frames[neighbor].normal, 1); },
+      [&](const NormalSum& sum, std::uint32_t v) {
+        if (sum.known()) set(v, sum.sum);
+        return sum.known();
+      });
   for (const std::uint32_t v : unknown) frames[v] = frame_of_normal({0, 0, 1});
   return frames;
 }
@@ -148,7 +125,7 @@ std::vector<TangentFrame> vertex_frames(const PreparedMesh& mesh) {
 void smooth_tensors(const PreparedMesh& mesh, std::span<const TangentFrame> frames,
                     std::span<TangentTensor> log_spacing, unsigned rounds, const CancelToken& cancel) {
   if (rounds == 0) return;
-  const std::vector<FrameTurn> turns = turns_to_neighbours(mesh, frames, cancel);
+  const std::vector<FrameTurn> turns = turns_to_neighbors(mesh, frames, cancel);
   std::vector<std::uint32_t> begin(mesh.vertex_count() + 1, 0);
   for (const FrameTurn& turn : turns) ++begin[turn.to + 1];
   for (std::size_t v = 1; v < begin.size(); ++v) begin[v] += begin[v - 1];

@@ -1,7 +1,6 @@
 // Tangent planes at the vertices of a mesh, and tensors in them.
 #pragma once
 
-#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -19,19 +18,17 @@ struct AmbientTensor {
 // The restriction of the tensor to a plane: (x^T A x, x^T A y, y^T A y) with the axes of the frame. Positive
 // definite when A is.
 TangentTensor tangent_part(const AmbientTensor& tensor, const TangentFrame& frame);
-// The tensor of the plane as an ambient one that vanishes along the normal: the inverse of tangent_part.
-AmbientTensor ambient_tensor(TangentTensor tensor, const TangentFrame& frame);
 
 // W frames whose normals are the unit vertex normals of Max 1999, "Weights for computing vertex normals from
 // facet normals" (exact where the vertices lie on a sphere). A vertex whose triangles have no area, or whose
-// normals cancel, takes the mean normal of its neighbours that have one, round by round (at most 64), and
-// (0, 0, 1) where there is none. O(T), parallel, deterministic for every thread count.
+// normals cancel, takes the mean normal of its neighbors that have one, round by round (at most 64), and (0,
+// 0, 1) where there is none. O(T), parallel, deterministic for every thread count.
 std::vector<TangentFrame> vertex_frames(const PreparedMesh& mesh);
 
 // Log-Euclidean smoothing (Arsigny et al. 2006) of W values log S in W frames: each round replaces a value by
 // the mean of itself and the average of its one-ring, transported, weighted by the areas on both sides of
-// each edge. Values stay in the convex hull of their ring, so that ratios never grow. 0..64 rounds.
-// O(rounds T), parallel, deterministic. Throws timeout / RunCancelled.
+// each edge. Values stay in the convex hull of their ring, so ratios never grow. 0..64 rounds. O(rounds T),
+// parallel, deterministic. Throws timeout / RunCancelled.
 void smooth_tensors(const PreparedMesh& mesh, std::span<const TangentFrame> frames,
                     std::span<TangentTensor> log_spacing, unsigned rounds, const CancelToken& cancel = {});
 

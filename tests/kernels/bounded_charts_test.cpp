@@ -95,13 +95,13 @@ TEST_CASE("work budget: a factorisation is refused before it is made") {
   const std::vector<std::uint32_t> order = {0, 1, 2, 3};
   WorkBudget one(1), enough(1000);
   SparseCholesky cholesky;
-  cholesky.factorise(matrix(), order, {}, &one);
+  cholesky.factorize(matrix(), order, {}, &one);
   CHECK(!cholesky.succeeded());
   CHECK(one.exhausted());
-  cholesky.factorise(matrix(), order, {}, &enough);
+  cholesky.factorize(matrix(), order, {}, &enough);
   CHECK(cholesky.succeeded());
   CHECK(enough.left() < 1000);
-  cholesky.factorise(matrix(), order, {}, &one);  // nothing of the factor before is left
+  cholesky.factorize(matrix(), order, {}, &one);  // nothing of the factor before is left
   CHECK(!cholesky.succeeded());
 }
 

@@ -17,6 +17,14 @@ using namespace meander::test;
 
 namespace {
 
+// The tensor of the plane as an ambient one that vanishes along the normal: the inverse of tangent_part.
+AmbientTensor ambient_tensor(TangentTensor t, const TangentFrame& frame) {
+  const Vector3 x = t.xx * frame.x + t.xy * frame.y, y = t.xy * frame.x + t.yy * frame.y;
+  const Vector3 u = frame.x, v = frame.y;
+  return {x.x * u.x + y.x * v.x, x.x * u.y + y.x * v.y, x.x * u.z + y.x * v.z,
+          x.y * u.y + y.y * v.y, x.y * u.z + y.y * v.z, x.z * u.z + y.z * v.z};
+}
+
 using std::numbers::pi;
 
 Vector3 file_position(const PreparedMesh& mesh, std::uint32_t v) {

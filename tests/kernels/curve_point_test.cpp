@@ -1,4 +1,4 @@
-#include "kernels/curve/curve_point.h"
+#include "kernels/pointset/curve_point.h"
 
 #include <cmath>
 
@@ -21,7 +21,7 @@ std::uint64_t children(CurveKind kind) { return kind == CurveKind::hilbert ? 4 :
 
 }  // namespace
 
-TEST_CASE("curve_cell_centre: inverse of curve_key on every cell, and neighbours share an edge") {
+TEST_CASE("curve_cell_center: inverse of curve_key on every cell, and neighbours share an edge") {
   for (const CurveKind kind : curve_kinds)
     for (int level = 0; level <= 4; ++level) {
       const std::uint64_t cells = power(children(kind), level);
@@ -30,7 +30,7 @@ TEST_CASE("curve_cell_centre: inverse of curve_key on every cell, and neighbours
       CurvePoint before;
       std::uint64_t wrong = 0, apart = 0;
       for (std::uint64_t rank = 0; rank < cells; ++rank) {
-        const CurvePoint p = curve_cell_centre(kind, rank, level);
+        const CurvePoint p = curve_cell_center(kind, rank, level);
         wrong += curve_key(kind, p.u, p.v) / finer / children(kind) != rank;
         if (rank > 0) apart += std::abs(std::abs(p.u - before.u) + std::abs(p.v - before.v) - side) > 1e-12;
         before = p;

@@ -58,9 +58,9 @@ constexpr std::array<std::pair<std::size_t, std::size_t>, 16> sizes = {{{1, 1},
                                                                         {150, 57},
                                                                         {200, 130}}};
 
-bool factorise(std::vector<double>& a, std::size_t rows, std::size_t columns, bool symmetric,
+bool factorize(std::vector<double>& a, std::size_t rows, std::size_t columns, bool symmetric,
                InstructionSet set = InstructionSet::automatic) {
-  return symmetric ? factorise_front(a.data(), rows, columns, set)
+  return symmetric ? factorize_front(a.data(), rows, columns, set)
                    : eliminate_front(a.data(), rows, columns, set);
 }
 
@@ -72,7 +72,7 @@ TEST_CASE("dense fronts: the factors and what remains are those of plain elimina
       CAPTURE(symmetric, rows, columns);
       std::vector<double> a = heavy_matrix(rows, symmetric);
       const std::vector<double> expected = eliminated(a, rows, columns, symmetric);
-      REQUIRE(factorise(a, rows, columns, symmetric));
+      REQUIRE(factorize(a, rows, columns, symmetric));
       double largest = 0;
       for (std::size_t j = 0; j < rows; ++j)
         for (std::size_t i = symmetric ? j : 0; i < rows; ++i)
@@ -85,12 +85,12 @@ TEST_CASE("dense fronts: the same bits with every instruction set") {
   for (const bool symmetric : {true, false})
     for (const auto& [rows, columns] : sizes) {
       std::vector<double> expected = heavy_matrix(rows, symmetric);
-      REQUIRE(factorise(expected, rows, columns, symmetric, InstructionSet::scalar));
+      REQUIRE(factorize(expected, rows, columns, symmetric, InstructionSet::scalar));
       for (const InstructionSet set : {InstructionSet::avx2, InstructionSet::avx512}) {
         if (!is_available(set)) continue;
         CAPTURE(symmetric, rows, columns, name_of(set));
         std::vector<double> a = heavy_matrix(rows, symmetric);
-        REQUIRE(factorise(a, rows, columns, symmetric, set));
+        REQUIRE(factorize(a, rows, columns, symmetric, set));
         CHECK(a == expected);
       }
     }
@@ -101,8 +101,8 @@ TEST_CASE("dense fronts: the same bits with every instruction set") {
 TEST_CASE("dense fronts: the columns done first do not depend on how many follow") {
   for (const bool symmetric : {true, false}) {
     std::vector<double> few = heavy_matrix(700, symmetric), many = few;
-    REQUIRE(factorise(few, 700, 64, symmetric));
-    REQUIRE(factorise(many, 700, 640, symmetric));
+    REQUIRE(factorize(few, 700, 64, symmetric));
+    REQUIRE(factorize(many, 700, 640, symmetric));
     CHECK(std::equal(few.begin(), few.begin() + 700 * 64, many.begin()));
   }
 }
@@ -113,7 +113,7 @@ TEST_CASE("dense fronts: a pivot that cannot be used is reported") {
     for (const double pivot : {-1e9, std::numeric_limits<double>::quiet_NaN()}) {
       std::vector<double> a = heavy_matrix(rows, true);
       a[at * rows + at] = pivot;
-      CHECK_FALSE(factorise_front(a.data(), rows, columns));
+      CHECK_FALSE(factorize_front(a.data(), rows, columns));
     }
     std::vector<double> empty = heavy_matrix(rows, false);
     for (std::size_t i = 0; i < rows; ++i) empty[at * rows + i] = 0;
@@ -124,6 +124,6 @@ TEST_CASE("dense fronts: a pivot that cannot be used is reported") {
     // A pivot behind the columns is nobody's.
     std::vector<double> behind = heavy_matrix(rows, true);
     behind[(rows - 1) * rows + rows - 1] = -1e9;
-    CHECK(factorise_front(behind.data(), rows, columns));
+    CHECK(factorize_front(behind.data(), rows, columns));
   }
 }

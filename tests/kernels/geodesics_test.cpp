@@ -317,7 +317,7 @@ TEST_CASE("Geodesic histogram: components apart, bins, sources and scale") {
 
   std::vector<double> d(40 * 40);
   geodesics.to_points(samples, samples, d);
-  for (const GeodesicScale scale : {GeodesicScale::largest, GeodesicScale::mean}) {
+  for (const HistogramScale scale : {HistogramScale::largest, HistogramScale::mean}) {
     GeodesicHistogramParameters parameters;
     parameters.bins = 8;
     parameters.sources = 5;
@@ -328,7 +328,7 @@ TEST_CASE("Geodesic histogram: components apart, bins, sources and scale") {
       for (std::size_t j = 0; j < 30; ++j) sum += d[40 * i + j], largest = std::max(largest, d[40 * i + j]);
     CHECK(some.pairs == 5 * 29);
     CHECK(some.mean == Approx(sum / (5 * 29)));
-    const double upper = scale == GeodesicScale::mean ? 3 * sum / (5 * 29) : largest;
+    const double upper = scale == HistogramScale::mean ? 3 * sum / (5 * 29) : largest;
     CHECK(some.upper == Approx(upper));
     std::vector<double> expected(8, 0);
     for (std::size_t i = 0; i < 5; ++i)

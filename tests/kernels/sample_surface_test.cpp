@@ -12,6 +12,7 @@
 #include <stdexcept>
 
 #include "kernels/analyse/chi_square.h"
+#include "kernels/pointset/surface_curve.h"
 #include "kernels/surface/analytic_surface.h"
 #include "kernels/surface/fundamental_forms.h"
 #include "kernels/surface/height_field.h"

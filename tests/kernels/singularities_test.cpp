@@ -22,6 +22,18 @@ using namespace meander::test;
 
 namespace {
 
+// Sum of the indices (not doubled) of one component.
+double index_sum(const TensorIndices& indices, const Component& component) {
+  std::int64_t half_turns = 0;
+  for (std::uint32_t t = component.triangle_begin; t < component.triangle_end; ++t) {
+    half_turns += indices.triangle[t];
+    for (std::uint32_t h = 3 * t; h < 3 * t + 3; ++h) half_turns += indices.edge[h];
+  }
+  for (std::uint32_t v = component.vertex_begin; v < component.vertex_end; ++v)
+    half_turns += indices.vertex[v];
+  return 0.5 * static_cast<double>(half_turns);
+}
+
 // A surface of genus 2, by marching over a grid of cubes: the faces between solid and empty cells of a slab
 // with two tunnels, each cut into n x n quads and relaxed.
 PolygonMesh double_torus(std::uint32_t n) {

@@ -42,13 +42,13 @@ System system_of(std::size_t count, const std::vector<Entry>& entries, double sh
   }
   system.dense.diagonal() = Eigen::Map<const Eigen::VectorXd>(system.diagonal.data(), size);
   std::partial_sum(system.graph.begin.begin(), system.graph.begin.end(), system.graph.begin.begin());
-  system.graph.neighbours.resize(system.graph.begin.back());
+  system.graph.neighbors.resize(system.graph.begin.back());
   system.values.resize(system.graph.begin.back());
   std::vector<std::uint32_t> cursor(system.graph.begin.begin(), system.graph.begin.end() - 1);
   for (const Entry& e : entries) {
-    system.graph.neighbours[cursor[e.row]] = e.column;
+    system.graph.neighbors[cursor[e.row]] = e.column;
     system.values[cursor[e.row]++] = e.value;
-    system.graph.neighbours[cursor[e.column]] = e.row;
+    system.graph.neighbors[cursor[e.column]] = e.row;
     system.values[cursor[e.column]++] = e.value;
   }
   return system;
@@ -64,7 +64,7 @@ std::vector<double> random_vector(std::size_t count, std::uint32_t seed) {
 // Both right-hand sides at once, each alone, and the dense solution.
 void check_solutions(const System& system, std::span<const std::uint32_t> order) {
   SparseCholesky cholesky;
-  cholesky.factorise(system.graph, system.values, system.diagonal, order);
+  cholesky.factorize(system.graph, system.values, system.diagonal, order);
   REQUIRE(cholesky.succeeded());
   const std::size_t count = system.diagonal.size();
   const std::vector<double> b = random_vector(count, 1), c = random_vector(count, 2);
@@ -133,7 +133,7 @@ TEST_CASE("Sparse Cholesky: a matrix that is not positive definite is reported")
   System system = system_of(3, {{0, 1, 1.0}, {1, 2, 1.0}}, 1.0);
   system.diagonal[1] = 0.25;
   SparseCholesky cholesky;
-  cholesky.factorise(system.graph, system.values, system.diagonal, natural_order(3));
+  cholesky.factorize(system.graph, system.values, system.diagonal, natural_order(3));
   CHECK_FALSE(cholesky.succeeded());
 }
 
@@ -146,8 +146,8 @@ TEST_CASE("Sparse Cholesky: the elimination order is a permutation with less fil
   const System system = system_of(mesh.vertex_count(), edges, 0.01);
   std::vector<std::uint32_t> order = elimination_order(system.graph);
   SparseCholesky natural, reduced;
-  natural.factorise(system.graph, system.values, system.diagonal, natural_order(mesh.vertex_count()));
-  reduced.factorise(system.graph, system.values, system.diagonal, order);
+  natural.factorize(system.graph, system.values, system.diagonal, natural_order(mesh.vertex_count()));
+  reduced.factorize(system.graph, system.values, system.diagonal, order);
   CHECK(2 * reduced.factor_entries() < natural.factor_entries());
   std::sort(order.begin(), order.end());
   CHECK(order == natural_order(mesh.vertex_count()));

@@ -30,13 +30,13 @@ GraphMatrix weights_on(std::size_t count, const std::vector<std::pair<std::uint3
     ++matrix.graph.begin[b + 1];
   }
   std::partial_sum(matrix.graph.begin.begin(), matrix.graph.begin.end(), matrix.graph.begin.begin());
-  matrix.graph.neighbours.resize(matrix.graph.begin.back());
+  matrix.graph.neighbors.resize(matrix.graph.begin.back());
   matrix.values.resize(matrix.graph.begin.back());
   std::vector<std::uint32_t> cursor(matrix.graph.begin.begin(), matrix.graph.begin.end() - 1);
   std::uint64_t drawn = 0;
   for (const auto& [a, b] : edges)
     for (const auto& [from, to] : {std::pair(a, b), std::pair(b, a)}) {
-      matrix.graph.neighbours[cursor[from]] = to;
+      matrix.graph.neighbors[cursor[from]] = to;
       matrix.values[cursor[from]++] = -std::pow(1e-6, random_value(seed, drawn++));
     }
   for (std::size_t i = 0; i < count; ++i) {
@@ -55,7 +55,7 @@ Eigen::MatrixXd dense(const GraphMatrix& matrix) {
   for (std::uint32_t i = 0; i < n; ++i) {
     result(i, i) = matrix.diagonal[i];
     for (std::uint32_t e = matrix.graph.begin[i]; e < matrix.graph.begin[i + 1]; ++e)
-      result(i, matrix.graph.neighbours[e]) += matrix.values[e];
+      result(i, matrix.graph.neighbors[e]) += matrix.values[e];
   }
   return result;
 }
@@ -72,7 +72,7 @@ void check_solution(GraphMatrix matrix, std::span<const std::uint32_t> order) {
   std::vector<double> b(right.col(0).begin(), right.col(0).end()),
       c(right.col(1).begin(), right.col(1).end());
   SparseLu lu;
-  REQUIRE(lu.factorise(std::move(matrix), order));
+  REQUIRE(lu.factorize(std::move(matrix), order));
   lu.solve(b, c);
   const Eigen::MatrixX2d expected = full.fullPivLu().solve(right);
   const double scale = expected.cwiseAbs().maxCoeff();
@@ -115,6 +115,6 @@ TEST_CASE("Sparse LU: a zero pivot and a value that is not finite are reported")
     GraphMatrix matrix = weights_on(3, {{0, 1}, {1, 2}}, 5);
     matrix.diagonal[0] = pivot;
     SparseLu lu;
-    CHECK_FALSE(lu.factorise(std::move(matrix), natural_order(3)));
+    CHECK_FALSE(lu.factorize(std::move(matrix), natural_order(3)));
   }
 }

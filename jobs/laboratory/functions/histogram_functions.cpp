@@ -11,6 +11,7 @@
 #include "kernels/analyse/lifted_area.h"
 #include "kernels/analyse/nearest_points.h"
 #include "kernels/analyse/spacing.h"
+#include "kernels/analyse/weighted_distance_histogram.h"
 #include "kernels/density/curvature.h"
 #include "kernels/density/density.h"
 #include "kernels/describe/distance_histogram.h"

@@ -8,8 +8,9 @@
 #include "jobs/laboratory/functions/laboratory_functions.h"
 #include "jobs/inputs/surface_sources.h"
 #include "kernels/analyse/discrepancy_sphere.h"
-#include "kernels/curve/curve_point.h"
+#include "kernels/pointset/curve_point.h"
 #include "kernels/pointset/sphere_points.h"
+#include "kernels/pointset/surface_curve.h"
 #include "kernels/surface/sample_surface.h"
 #include "kernels/surface/surface_measure.h"
 
@@ -161,7 +162,7 @@ LaboratoryResult curve_cells(const LaboratoryArguments& given) {
   for (std::uint64_t l = 0; l < level; ++l) cells *= kind == CurveKind::hilbert ? 4 : 9;
   std::vector<double> centres;
   for (std::uint64_t rank = 0; rank < cells; ++rank) {
-    const CurvePoint p = curve_cell_centre(kind, rank, static_cast<int>(level));
+    const CurvePoint p = curve_cell_center(kind, rank, static_cast<int>(level));
     centres.insert(centres.end(), {p.u, p.v});
   }
   LaboratoryResult result;

@@ -1,7 +1,6 @@
-#include "kernels/curve/curve_point.h"
+#include "kernels/pointset/curve_point.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "kernels/curve/curve_frames.h"
 
@@ -9,7 +8,7 @@ namespace meander {
 
 namespace {
 
-// Digits of a rank, the first one (of the coarsest level) first.
+// Digits of a rank, the one of the coarsest level first.
 template <std::uint64_t children>
 std::array<std::uint8_t, 32> digits_of(std::uint64_t rank, int level) {
   std::array<std::uint8_t, 32> digits{};
@@ -21,7 +20,7 @@ std::array<std::uint8_t, 32> digits_of(std::uint64_t rank, int level) {
 }
 
 template <std::uint64_t branching>
-CurvePoint cell_centre(const FrameTable& table, std::uint64_t rank, int level) {
+CurvePoint cell_center(const FrameTable& table, std::uint64_t rank, int level) {
   const auto digits = digits_of<branching * branching>(rank, level);
   std::uint64_t x = 0, y = 0, cells = 1;
   std::uint8_t frame = 0;
@@ -39,17 +38,17 @@ CurvePoint cell_centre(const FrameTable& table, std::uint64_t rank, int level) {
 
 }  // namespace
 
-CurvePoint curve_cell_centre(CurveKind kind, std::uint64_t rank, int level) {
+CurvePoint curve_cell_center(CurveKind kind, std::uint64_t rank, int level) {
   const FrameTable& table = frame_table(kind);
-  return kind == CurveKind::hilbert ? cell_centre<2>(table, rank, level) : cell_centre<3>(table, rank, level);
+  return kind == CurveKind::hilbert ? cell_center<2>(table, rank, level) : cell_center<3>(table, rank, level);
 }
 
 CurvePoint curve_point(CurveKind kind, double t) {
   t = std::clamp(t, 0.0, 1.0 - 0x1p-53);
-  if (kind == CurveKind::hilbert) return curve_cell_centre(kind, static_cast<std::uint64_t>(t * 0x1p52), 26);
+  if (kind == CurveKind::hilbert) return curve_cell_center(kind, static_cast<std::uint64_t>(t * 0x1p52), 26);
   constexpr double cells = 1853020188851841.0;  // 9^16 < 2^53
   // Rounding can carry a t just below 1 up to the number of cells.
-  return curve_cell_centre(kind, static_cast<std::uint64_t>(std::min(t * cells, cells - 1)), 16);
+  return curve_cell_center(kind, static_cast<std::uint64_t>(std::min(t * cells, cells - 1)), 16);
 }
 
 }  // namespace meander
