@@ -14,7 +14,6 @@
 #include "jobs/cli/command_line.h"
 #include "jobs/cli/exit_status.h"
 #include "jobs/cli/jobs.h"
-#include "jobs/cli/standard_streams.h"
 #include "jobs/cli/usage_error.h"
 #include "jobs/cli/working_process.h"
 #include "jobs/inputs/run_report.h"

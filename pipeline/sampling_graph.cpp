@@ -40,6 +40,23 @@ bool is_open(const GraphItem& item) { return item.failed_in.empty() && !item.dro
 
 using Clock = std::chrono::steady_clock;
 
+// Adds one item, and the time for which the object lives, to the counters of a node.
+class NodeTimer {
+ public:
+  explicit NodeTimer(NodeStatistics& node) : node_(node), start_(Clock::now()) {}
+  ~NodeTimer() {
+    const std::chrono::nanoseconds busy = Clock::now() - start_;
+    node_.items.fetch_add(1, std::memory_order_relaxed);
+    node_.busy_nanoseconds.fetch_add(static_cast<std::uint64_t>(busy.count()), std::memory_order_relaxed);
+  }
+  NodeTimer(const NodeTimer&) = delete;
+  NodeTimer& operator=(const NodeTimer&) = delete;
+
+ private:
+  NodeStatistics& node_;
+  Clock::time_point start_;
+};
+
 // The clock of one item: it runs while a stage works on the item and stops while the item waits.
 class WorkClock {
  public:
@@ -532,8 +549,7 @@ void run_item_alone(const PlanItem& plan, const GraphParameters& parameters, con
   constexpr std::size_t at_once = 65536;
   const PlaceParameters place = place_parameters(parameters.sample);
   for (std::size_t begin = 0; begin < item.model.sites.count(); begin += at_once)
-    samples_at(item.model, place, begin,
-               std::min(begin + at_once, item.model.sites.count()));
+    samples_at(item.model, place, begin, std::min(begin + at_once, item.model.sites.count()));
 }
 
 }  // namespace meander

@@ -13,6 +13,7 @@
 
 #include <array>
 #include <atomic>
+#include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -25,7 +26,6 @@
 #include "io/mesh/mesh_reader.h"
 #include "io/store/store.h"
 #include "kernels/model/model.h"
-#include "pipeline/statistics.h"
 
 namespace meander {
 
@@ -81,6 +81,15 @@ struct FinishedItem {
   double seconds = 0;         // from its admission to its row
   double waited_seconds = 0;  // of those, outside the stages
   bool reused = false;
+};
+
+// Counters of one node of the graph, updated by many threads at once.
+struct NodeStatistics {
+  std::string_view name;
+  std::atomic<std::uint64_t> items{0};
+  std::atomic<std::uint64_t> busy_nanoseconds{0};
+  // Of the result that the node hands on, where producing it is the purpose of the node.
+  std::atomic<std::uint64_t> bytes{0};
 };
 
 // Where rows go. write is called from the serial writer, begin from the serial admission (possibly at the

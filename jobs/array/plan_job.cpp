@@ -23,7 +23,6 @@
 #include "jobs/rows/tensor_files.h"
 #include "jobs/run/array_plan.h"
 #include "jobs/run/array_script.h"
-#include "jobs/run/plan_options.h"
 #include "kernels/core/parallel.h"
 
 namespace meander {
@@ -63,7 +62,7 @@ class PlanJob {
                    std::chrono::nanoseconds(listed.time_since_epoch()).count(),
                    inputs.items.size(),
                    cut_into_shards(costs, count),
-                   shards_per_task(count, options_.most_tasks)};
+                   shards_per_task(count, options_.max_tasks)};
     const std::string script = script_of(array);
     create_run_array(run_.store, array, {header, purpose_sample, inputs.root.string()},
                      [&](std::size_t s, const fs::path& folder) {

@@ -7,8 +7,10 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <initializer_list>
 #include <map>
+#include <set>
 #include <span>
 #include <string>
 #include <string_view>
@@ -82,5 +84,47 @@ void refuse_finished_store(const std::filesystem::path& store, std::string_view 
 // STORE.failed.txt. `inputs`: all files that the run reads, see input_files.
 void check_run_outputs(const std::filesystem::path& store, bool fresh,
                        std::span<const std::filesystem::path> inputs);
+
+// The path with every part short enough for file systems (230 bytes of the 255, as a temporary name is longer
+// than the name): what is cut off, in front of the extension, is told apart by a hash of the whole part.
+std::filesystem::path shortened_parts(const std::filesystem::path& path);
+
+// Removes the temporary files of killed processes (AtomicFile: NAME.tmp and a number) whose NAME is one of
+// these, relative to the folder, or one in the folder itself for which `is_own` says so. One listing a
+// folder.
+void remove_temporaries(const std::filesystem::path& folder, const std::set<std::string>& names);
+void remove_temporaries(const std::filesystem::path& folder,
+                        const std::function<bool(const std::string& name)>& is_own);
+
+// While an export is at work FOLDER/meander-export.json says which one, so that the same command knows the
+// files of a process that was stopped or killed for its own. Files appear under their names whole.
+class UnfinishedExport {
+ public:
+  static constexpr const char* description_name = "meander-export.json";
+
+  // parameters: one JSON object, all that decides the files and their contents. Changes nothing. Throws
+  // UsageError where the folder cannot be written to, or where another export was begun and not ended in it,
+  // unless `fresh` makes everything anew.
+  UnfinishedExport(std::filesystem::path folder, std::string parameters, bool fresh, OutputGuard& guard);
+
+  // What an export that is continued finds is its own.
+  Existing existing() const { return continues_ || replaces_ ? Existing::replace : Existing::keep; }
+  // Whether an earlier process of this export has made the file. Never where it began with --fresh: the file
+  // may then be that of the export before.
+  bool has_made(const std::filesystem::path& file) const;
+
+  // Once all outputs are checked: makes the folder. True where an earlier process may have left temporary
+  // files in it.
+  bool begin();
+  void end();  // once all files are there
+
+ private:
+  std::filesystem::path description() const;
+
+  std::filesystem::path folder_;
+  std::string parameters_;
+  bool replaces_;  // begun with --fresh
+  bool continues_ = false;
+};
 
 }  // namespace meander

@@ -12,7 +12,6 @@
 #include "io/file/read_file.h"
 #include "io/item_id.h"
 #include "jobs/cli/usage_error.h"
-#include "jobs/inputs/classification.h"
 #include "jobs/inputs/item_names.h"
 #include "jobs/inputs/label_file.h"
 

@@ -61,4 +61,19 @@ std::string content_of_labels(const std::filesystem::path& path);
 // The same for a taxonomy.json that has been read. Throws UsageError where it is none.
 LabelFile read_taxonomy(const std::string& text, const std::string& name);
 
+// A classification file of the Princeton Shape Benchmark (.cla).
+struct Classification {
+  struct Model {
+    std::string name;  // as written: a number in the benchmark itself, any word in its followers
+    std::uint32_t label = 0;
+  };
+  // As written; a name that several classes bear has its parent before it (`parent/name`).
+  std::vector<std::string> classes;
+  std::vector<Model> models;  // in the order of the file
+};
+
+// `PSB 1`, then `classes models`, then per class: `name parent count` and `count` model names. Free white
+// space. Throws UsageError with the place of the mistake.
+Classification read_classification(const std::filesystem::path& file);
+
 }  // namespace meander

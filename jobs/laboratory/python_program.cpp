@@ -1,16 +1,17 @@
 #include "jobs/laboratory/python_program.h"
 
 #include <fmt/format.h>
+#include <sys/mman.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <array>
 #include <cerrno>
 #include <cstdlib>
 #include <filesystem>
 #include <stdexcept>
 #include <system_error>
 
-#include "io/file/memory_file.h"
 #include "jobs/cli/usage_error.h"
 #include "meander_python_place.h"
 
@@ -19,6 +20,51 @@ namespace meander {
 namespace {
 
 namespace fs = std::filesystem;
+
+// A file in memory. A child process reads from it or writes to it instead of a pipe, which could fill up. It
+// is closed at the end of the object, and in every child but for the descriptors that dup2 made of it.
+class MemoryFile {
+ public:
+  // Throws std::system_error when there is no room for it.
+  explicit MemoryFile(std::string_view content) : descriptor_(memfd_create("meander", MFD_CLOEXEC)) {
+    if (descriptor_ < 0) fail();
+    while (!content.empty()) {
+      const ssize_t written = ::write(descriptor_, content.data(), content.size());
+      if (written < 0 && errno == EINTR) continue;
+      if (written < 0) {
+        const int error = errno;
+        ::close(descriptor_);
+        errno = error;
+        fail();
+      }
+      content.remove_prefix(static_cast<std::size_t>(written));
+    }
+    ::lseek(descriptor_, 0, SEEK_SET);
+  }
+  ~MemoryFile() { ::close(descriptor_); }
+  MemoryFile(const MemoryFile&) = delete;
+  MemoryFile& operator=(const MemoryFile&) = delete;
+
+  int descriptor() const { return descriptor_; }
+  // All that was written to it, by any process. Throws std::system_error.
+  std::string content() const {
+    std::string text;
+    std::array<char, 65536> block;
+    for (;;) {
+      const ssize_t got = ::pread(descriptor_, block.data(), block.size(), static_cast<off_t>(text.size()));
+      if (got < 0 && errno == EINTR) continue;
+      if (got < 0) fail();
+      if (got == 0) return text;
+      text.append(block.data(), static_cast<std::size_t>(got));
+    }
+  }
+
+ private:
+  [[noreturn]] static void fail() {
+    throw std::system_error(errno, std::generic_category(), "a file in memory");
+  }
+  int descriptor_;
+};
 
 // What plots.py ends with where matplotlib is missing.
 constexpr int matplotlib_missing = 3;

@@ -8,9 +8,7 @@
 
 #include "io/file/atomic_file.h"
 #include "io/json_writer.h"
-#include "io/table/csv_writer.h"
-#include "io/table/json_table.h"
-#include "io/table/text_table.h"
+#include "io/table/table.h"
 #include "jobs/cli/command_line.h"
 #include "jobs/cli/exit_status.h"
 #include "jobs/cli/jobs.h"

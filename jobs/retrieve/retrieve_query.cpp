@@ -10,9 +10,7 @@
 
 #include "io/file/atomic_file.h"
 #include "io/json_writer.h"
-#include "io/table/csv_writer.h"
-#include "io/table/json_table.h"
-#include "io/table/text_table.h"
+#include "io/table/table.h"
 #include "jobs/cli/exit_status.h"
 #include "jobs/cli/output_guard.h"
 #include "jobs/cli/units.h"

@@ -9,9 +9,7 @@
 #include <utility>
 
 #include "io/file/atomic_file.h"
-#include "io/table/csv_writer.h"
-#include "io/table/json_table.h"
-#include "io/table/text_table.h"
+#include "io/table/table.h"
 #include "jobs/cli/command_line.h"
 #include "jobs/cli/exit_status.h"
 #include "jobs/cli/option_words.h"

@@ -19,7 +19,7 @@
 #include "io/parameters_text.h"
 #include "jobs/cli/command_line.h"
 #include "jobs/cli/usage_error.h"
-#include "jobs/run/plan_options.h"
+#include "jobs/run/array_script.h"
 
 namespace meander {
 
@@ -120,8 +120,8 @@ std::size_t shards_of_minutes(std::span<const double> costs, double minutes, int
   return static_cast<std::size_t>(std::clamp(shards, 1.0, std::max(1.0, static_cast<double>(costs.size()))));
 }
 
-std::uint64_t shards_per_task(std::uint64_t shards, std::uint64_t most_tasks) {
-  return std::max<std::uint64_t>(1, (shards + most_tasks - 1) / most_tasks);
+std::uint64_t shards_per_task(std::uint64_t shards, std::uint64_t max_tasks) {
+  return std::max<std::uint64_t>(1, (shards + max_tasks - 1) / max_tasks);
 }
 
 std::vector<std::size_t> tasks_of_shards(std::span<const std::size_t> ascending,
@@ -220,6 +220,33 @@ std::vector<PlanItem> read_shard_items(const fs::path& folder, const StoreHeader
   }
   if (items.size() != header.ids.size()) refuse_items(path, "items are missing at its end");
   return items;
+}
+
+void add_plan_command(Command& program, PlanOptions& options, RunOptionTexts& texts) {
+  Command command = program.add_subcommand("plan", "Divide a run among many processes or machines");
+  add_store_options(command, options.run, texts);
+  Command array = command.under("Array");
+  array.add_option("--shards", options.shards, "How many tasks: a number, or auto").show_default();
+  array
+      .add_option("--per-shard-minutes", options.minutes_per_shard,
+                  "What auto aims at, on the threads of -j (default 1), 0.01 to 10000")
+      .show_default()
+      .range(0.01, 10000.0);
+  array
+      .add_option(
+          "--max-array", options.max_tasks,
+          "Tasks that an array may have (Slurm: MaxArraySize); where there are more shards, each task "
+          "does several")
+      .show_default()
+      .range(std::uint64_t{1}, std::uint64_t{4000001});
+  array
+      .add_option("--emit", options.emit,
+                  "Print a script that runs the array with this program, by its absolute path")
+      .one_of(script_schedulers());
+  Command running = command.under("Running");
+  add_budget_options(running, options.run, texts);
+  add_older_store_options(running, options.run);
+  add_progress_options(command.under("Report"), options.run);
 }
 
 RunOptions planned_options(const RunArray& array, const StoreHeader& header, const Laboratory* laboratory) {

@@ -1,4 +1,4 @@
-// How a run is divided among many processes, and what each of them is told of its items.
+// How `meander plan` divides a run among many processes, and what each of them is told of its items.
 #pragma once
 
 #include <cstdint>
@@ -15,6 +15,18 @@
 
 namespace meander {
 
+// The options of `meander plan`: those of `meander run` that decide the rows, and how these are divided.
+struct PlanOptions {
+  RunOptions run;
+  std::string shards = "auto";  // a number, or auto: as many as minutes_per_shard makes
+  double minutes_per_shard = 5;
+  std::uint64_t max_tasks = 1001;  // of an array; Slurm's default of MaxArraySize
+  std::string emit;                // the scheduler to print a script for; empty: none
+};
+
+// Adds the subcommand with its options.
+void add_plan_command(Command& program, PlanOptions& options, RunOptionTexts& texts);
+
 // Estimated seconds of one processor for an item of this size; right within a factor of two or so, which is
 // enough to divide work. `bytes`: of the file.
 double estimated_seconds(std::uint64_t bytes, const SampleParameters& parameters);
@@ -28,8 +40,8 @@ std::vector<ArrayShard> cut_into_shards(std::span<const double> costs, std::size
 // As many shards as make each take about `minutes` on `threads` processors; at least one.
 std::size_t shards_of_minutes(std::span<const double> costs, double minutes, int threads);
 
-// How many shards each of at most `most_tasks` tasks takes.
-std::uint64_t shards_per_task(std::uint64_t shards, std::uint64_t most_tasks);
+// How many shards each of at most `max_tasks` tasks takes.
+std::uint64_t shards_per_task(std::uint64_t shards, std::uint64_t max_tasks);
 
 // The tasks that work on these shards, each once, ascending; task t on the shards (t + offset) K .. + K - 1.
 // Shards that no such task has are left out.
