@@ -123,18 +123,16 @@ class PlanJob {
     const std::uint64_t each = array.shards_per_task, tasks = (count + each - 1) / each;
     const double total = std::accumulate(costs.begin(), costs.end(), 0.0);
     if (run_.json) {
-      JsonWriter json;
-      json.begin_object();
-      json.member("run", run_.store + ".run");
-      json.member("rows", array.rows);
-      json.member("shards", std::uint64_t{count});
-      json.member("tasks", tasks);
-      json.member("shards_per_task", each);
-      json.member("array", fmt::format("0-{}", tasks - 1));
-      json.member("estimated_processor_seconds", total);
-      json.member("largest_shard_seconds", array.shards.front().cost);
-      json.end_object();
-      fmt::print("{}\n", json.text());
+      fmt::print("{}\n", json_object([&](JsonWriter& json) {
+                   json.member("run", run_.store + ".run");
+                   json.member("rows", array.rows);
+                   json.member("shards", std::uint64_t{count});
+                   json.member("tasks", tasks);
+                   json.member("shards_per_task", each);
+                   json.member("array", fmt::format("0-{}", tasks - 1));
+                   json.member("estimated_processor_seconds", total);
+                   json.member("largest_shard_seconds", array.shards.front().cost);
+                 }));
       return;
     }
     fmt::print("{}.run: {} models in {} shards, about {:.0f} processor seconds, the largest shard {:.1f}\n",

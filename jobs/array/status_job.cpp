@@ -92,20 +92,18 @@ std::string missing_tasks(const StatusOptions& options, const RunArray& array, c
 }
 
 void print_json(const StatusOptions& options, const RunArray& array, const ArrayStatus& status) {
-  JsonWriter json;
-  json.begin_object();
-  json.member("rows", array.rows);
-  json.member("rows_done", status.rows_done);
-  json.member("failed", status.failed);
-  json.member("shards", std::uint64_t{array.shards.size()});
-  json.member("shards_done", std::uint64_t{status.done.size()});
-  json.member("shards_in_work", std::uint64_t{status.in_work.size()});
-  json.member("shards_interrupted", std::uint64_t{status.interrupted.size()});
-  json.member("shards_per_task", array.shards_per_task);
-  json.member("array", missing_tasks(options, array, status));
-  if (const double left = seconds_left(status); left >= 0) json.member("seconds_left", left);
-  json.end_object();
-  fmt::print("{}\n", json.text());
+  fmt::print("{}\n", json_object([&](JsonWriter& json) {
+               json.member("rows", array.rows);
+               json.member("rows_done", status.rows_done);
+               json.member("failed", status.failed);
+               json.member("shards", std::uint64_t{array.shards.size()});
+               json.member("shards_done", std::uint64_t{status.done.size()});
+               json.member("shards_in_work", std::uint64_t{status.in_work.size()});
+               json.member("shards_interrupted", std::uint64_t{status.interrupted.size()});
+               json.member("shards_per_task", array.shards_per_task);
+               json.member("array", missing_tasks(options, array, status));
+               if (const double left = seconds_left(status); left >= 0) json.member("seconds_left", left);
+             }));
 }
 
 void print_status(const std::string& store, const StatusOptions& options, const RunArray& array,

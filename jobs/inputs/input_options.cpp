@@ -84,21 +84,15 @@ void print_notes(const InputNotes& notes) {
 }
 
 void write_notes(JsonWriter& json, const InputNotes& notes) {
-  json.key("skipped");
-  json.begin_object();
-  for (const auto& [extension, count] : notes.skipped) json.member(extension, count);
-  json.end_object();
+  json.object("skipped", [&] {
+    for (const auto& [extension, count] : notes.skipped) json.member(extension, count);
+  });
   json.member("hidden", notes.hidden);
   json.member("links_back", notes.links_back);
-  json.key("unread_folders");
-  json.begin_array();
-  for (const UnreadFolder& folder : notes.unread) {
-    json.begin_object();
+  json.list("unread_folders", notes.unread, [&](const UnreadFolder& folder) {
     json.member("path", escape_id(folder.path.string()));
     json.member("reason", folder.reason);
-    json.end_object();
-  }
-  json.end_array();
+  });
   json.member("layout", name_of(notes.layout));
   if (!notes.unused_label_files.empty()) {
     json.key("unused_label_files");

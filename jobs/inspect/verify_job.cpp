@@ -28,17 +28,12 @@ int verify(const VerifyOptions& options) {
     throw UsageError(fmt::format("{} is not a store: it is not a regular file", options.store));
   const VerifyResult result = verify_store(options.store, options.limit);
   if (options.json) {
-    JsonWriter json;
-    json.begin_object();
-    json.member("store", options.store);
-    json.member("rows", result.rows);
-    json.member("ok_rows", result.ok_rows);
-    json.key("problems");
-    json.begin_array();
-    for (const std::string& problem : result.problems) json.value(problem);
-    json.end_array();
-    json.end_object();
-    fmt::print("{}\n", json.text());
+    fmt::print("{}\n", json_object([&](JsonWriter& json) {
+                 json.member("store", options.store);
+                 json.member("rows", result.rows);
+                 json.member("ok_rows", result.ok_rows);
+                 json.list("problems", result.problems);
+               }));
   } else {
     for (const std::string& problem : result.problems) fmt::print("{}\n", problem);
     fmt::print("{}: {} rows, {} ok, {}\n", options.store, result.rows, result.ok_rows,

@@ -83,15 +83,13 @@ int measure(const MeasureOptions& options) {
   }
   if (!options.csv.empty()) replace_file(options.csv, csv_text(table));
   if (options.json) {
-    JsonWriter json;
-    json.begin_object();
-    json.member("measure", options.what);
-    json.member("surface", options.surface);
-    json.member("seed", options.seed);
-    json.key("results");
-    write_table(json, table);
-    json.end_object();
-    fmt::print("{}\n", json.text());
+    fmt::print("{}\n", json_object([&](JsonWriter& json) {
+                 json.member("measure", options.what);
+                 json.member("surface", options.surface);
+                 json.member("seed", options.seed);
+                 json.key("results");
+                 write_table(json, table);
+               }));
   } else {
     fmt::print("{}", text_table(table));
   }

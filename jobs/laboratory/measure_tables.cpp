@@ -273,10 +273,7 @@ void draw_map(const MeasureOptions& options, std::span<const double> values, std
   json.member("extent", extent);
   json.member("upper", 2.0);
   json.member("format", "png");
-  json.key("values");
-  json.begin_array();
-  for (const double value : values) json.value(value);
-  json.end_array();
+  json.list("values", values);
   json.end_object();
   replace_file(options.picture, draw_plot(json.text()));
 }

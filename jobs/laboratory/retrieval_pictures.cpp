@@ -30,17 +30,11 @@ struct Curve {
 };
 
 void add_texts(JsonWriter& json, const char* name, const std::vector<std::string>& texts) {
-  json.key(name);
-  json.begin_array();
-  for (const std::string& text : texts) json.value(text);
-  json.end_array();
+  json.list(name, texts);
 }
 
 void add_numbers(JsonWriter& json, const char* name, std::span<const double> numbers) {
-  json.key(name);
-  json.begin_array();
-  for (const double number : numbers) json.value(number);
-  json.end_array();
+  json.list(name, numbers);
 }
 
 // SVG.
@@ -55,17 +49,12 @@ std::string precision_plot(const std::string& title, const std::vector<Curve>& c
   json.member("y", "precision");
   add_numbers(json, "limits", std::array{0.0, 1.0, 0.0, 1.0});
   json.member("format", "svg");
-  json.key("series");
-  json.begin_array();
-  for (const Curve& curve : curves) {
-    json.begin_object();
+  json.list("series", curves, [&](const Curve& curve) {
     json.member("name", curve.name);
     json.member("thin", curve.thin);
     add_numbers(json, "x", recall);
     add_numbers(json, "y", std::span(curve.scores->precision).first(recall_levels));
-    json.end_object();
-  }
-  json.end_array();
+  });
   json.end_object();
   return draw_plot(json.text());
 }

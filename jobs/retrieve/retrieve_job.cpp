@@ -17,8 +17,7 @@
 #include "jobs/cli/units.h"
 #include "jobs/cli/usage_error.h"
 #include "jobs/inputs/run_report.h"
-#include "jobs/retrieve/retrieve_query.h"
-#include "jobs/retrieve/retrieve_select.h"
+#include "jobs/retrieve/retrieve_commands.h"
 #include "jobs/retrieve/score_files.h"
 #include "jobs/rows/laboratory.h"
 #include "jobs/rows/retrieve_base.h"
@@ -121,14 +120,12 @@ int write_part(const EvaluateOptions& options, const RetrievalBase& base, const 
   const ScoreOrigin origin = origin_of_scores(options.store, base, options.distance, options.psb_compat);
   write_scores(options.scores_file, origin, begin, score_queries(base, task, begin, end));
   if (options.json) {
-    JsonWriter json;
-    json.begin_object();
-    json.member("scores", options.scores_file);
-    json.member("queries", n);
-    json.member("begin", begin);
-    json.member("end", end);
-    json.end_object();
-    fmt::print("{}\n", json.text());
+    fmt::print("{}\n", json_object([&](JsonWriter& json) {
+                 json.member("scores", options.scores_file);
+                 json.member("queries", n);
+                 json.member("begin", begin);
+                 json.member("end", end);
+               }));
   } else {
     fmt::print("{}: scores of {} of {} queries, from number {} on; --read-scores puts all parts together\n",
                options.scores_file, end - begin, n, begin);
@@ -155,15 +152,17 @@ void write_matrix_ids(const std::string& path, const StoreReader& store, const R
   replace_file(path, csv_text(table));
 }
 
-std::vector<TableCell> score_cells(const std::string& name, std::size_t models, const RetrievalScores& s) {
-  return {name,        models, s.nearest_neighbour, s.first_tier, s.second_tier,
-          s.e_measure, s.dcg,  s.average_precision};
+std::vector<TableCell> score_cells(const std::string& name, std::size_t models,
+                                   const RetrievalScores& scores) {
+  std::vector<TableCell> cells{name, models};
+  add_scores(cells, scores);
+  return cells;
 }
 
 Table score_table(const RetrievalBase& base, const RetrievalTask& task, const RetrievalSummary& summary,
                   bool per_class) {
-  Table table{{{"class"}, {"models"}, {"NN"}, {"1st tier"}, {"2nd tier"}, {"E-measure"}, {"DCG"}, {"mAP"}},
-              {}};
+  Table table{{{"class"}, {"models"}}, {}};
+  add_score_columns(table.columns);
   if (summary.queries > 0) {
     table.rows.push_back(score_cells("(micro)", summary.queries, summary.micro));
     table.rows.push_back(score_cells("(macro)", summary.queries, summary.macro));
@@ -180,40 +179,30 @@ Table score_table(const RetrievalBase& base, const RetrievalTask& task, const Re
   return table;
 }
 
-void write_precision(JsonWriter& json, const char* name, const RetrievalScores& scores) {
-  json.key(name);
-  json.begin_array();
-  for (const double precision : scores.precision) json.value(precision);
-  json.end_array();
-}
-
 void print_json(const EvaluateOptions& options, const RetrievalBase& base, const RetrievalSummary& summary,
                 const Table& table) {
-  JsonWriter json;
-  json.begin_object();
-  json.member("store", options.store);
-  json.member("descriptor", joined(base.terms));
-  json.member("distance", options.distance);
-  json.member("psb_compat", options.psb_compat);
-  json.member("rules", rules_text(options.psb_compat));
-  json.member("models", std::uint64_t{base.rows.size()});
-  json.member("queries", std::uint64_t{summary.queries});
-  json.member("classes", std::uint64_t{summary.classes});
-  write_left_out(json, base);
-  json.key("results");
-  write_table(json, table);
-  json.key("recall");
-  json.begin_array();
-  for (std::size_t i = 0; i < recall_levels; ++i) json.value(recall_level(i));
-  json.end_array();
-  write_precision(json, "precision_micro", summary.micro);
-  write_precision(json, "precision_macro", summary.macro);
-  json.end_object();
-  fmt::print("{}\n", json.text());
+  fmt::print("{}\n", json_object([&](JsonWriter& json) {
+               json.member("store", options.store);
+               json.member("descriptor", joined(base.terms));
+               json.member("distance", options.distance);
+               json.member("psb_compat", options.psb_compat);
+               json.member("rules", rules_text(options.psb_compat));
+               json.member("models", std::uint64_t{base.rows.size()});
+               json.member("queries", std::uint64_t{summary.queries});
+               json.member("classes", std::uint64_t{summary.classes});
+               write_left_out(json, base);
+               json.key("results");
+               write_table(json, table);
+               json.key("recall");
+               json.begin_array();
+               for (std::size_t i = 0; i < recall_levels; ++i) json.value(recall_level(i));
+               json.end_array();
+               json.list("precision_micro", summary.micro.precision);
+               json.list("precision_macro", summary.macro.precision);
+             }));
 }
 
-// ---- the page
-// ----------------------------------------------------------------------------------------------
+// ---- the page --------------------------------------------------------------------------------------------
 
 constexpr std::size_t most_confusions = 50;
 constexpr std::ptrdiff_t milliseconds_column = 3;
@@ -254,8 +243,7 @@ void add_setting(EvaluationPage& page, const std::string& distance, const Retrie
                  const RetrievalSummary& summary, const TableCell& milliseconds) {
   const std::string name = joined(base.terms);
   std::vector<TableCell> cells{name, distance, base.rows.size(), milliseconds};
-  const std::vector<TableCell> scores = score_cells("", 0, summary.micro);
-  cells.insert(cells.end(), scores.begin() + 2, scores.end());
+  add_scores(cells, summary.micro);
   page.settings.rows.push_back(std::move(cells));
   page.curves.emplace_back(distance == "l1" ? name : name + ", " + distance, summary.micro);
 }
@@ -300,8 +288,8 @@ void write_html(const EvaluateOptions& options, const Laboratory& laboratory, co
     page.notes.push_back(
         fmt::format("The run of the store took {:.3g} ms a model for its descriptors together.", *all));
   const TableCell alone = all && described == 1 ? TableCell(*all) : TableCell();
-  page.settings.columns = {{"descriptor"}, {"distance"}, {"models"},    {"ms a model"}, {"NN"},
-                           {"1st tier"},   {"2nd tier"}, {"E-measure"}, {"DCG"},        {"mAP"}};
+  page.settings.columns = {{"descriptor"}, {"distance"}, {"models"}, {"ms a model"}};
+  add_score_columns(page.settings.columns);
   add_setting(page, options.distance, base, summary, alone);
   add_descriptors(options, store, joined(base.terms), alone, page);
   if (alone.kind == CellKind::empty) {  // nothing is known of a single descriptor
@@ -366,6 +354,15 @@ int evaluate(const EvaluateOptions& options, const Laboratory* laboratory) {
 }
 
 }  // namespace
+
+void add_score_columns(std::vector<TableColumn>& columns) {
+  columns.insert(columns.end(), {{"NN"}, {"1st tier"}, {"2nd tier"}, {"E-measure"}, {"DCG"}, {"mAP"}});
+}
+
+void add_scores(std::vector<TableCell>& cells, const RetrievalScores& s) {
+  cells.insert(cells.end(),
+               {s.nearest_neighbour, s.first_tier, s.second_tier, s.e_measure, s.dcg, s.average_precision});
+}
 
 JobFunction add_retrieve_job(Command& program, const Laboratory* laboratory) {
   Command command = program.add_subcommand(

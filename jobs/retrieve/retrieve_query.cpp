@@ -1,8 +1,10 @@
-#include "jobs/retrieve/retrieve_query.h"
+#include "jobs/retrieve/retrieve_commands.h"
 
 #include <fmt/format.h>
+#include <oneapi/tbb/info.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cstdio>
 #include <memory>
 #include <optional>
@@ -15,13 +17,18 @@
 #include "jobs/cli/output_guard.h"
 #include "jobs/cli/units.h"
 #include "jobs/cli/usage_error.h"
-#include "jobs/inputs/inputs.h"
+#include "jobs/inputs/input_options.h"
 #include "jobs/inputs/store_items.h"
-#include "jobs/retrieve/mesh_queries.h"
 #include "jobs/rows/described_meshes.h"
 #include "jobs/rows/laboratory.h"
+#include "jobs/rows/planned_run.h"
 #include "jobs/rows/retrieve_base.h"
+#include "jobs/rows/run_header.h"
+#include "jobs/rows/stored_parameters.h"
+#include "kernels/describe/describe_samples.h"
+#include "kernels/mesh/prepare_mesh.h"
 #include "kernels/retrieve/nearest_rows.h"
+#include "pipeline/sampling_graph.h"
 
 namespace meander {
 
@@ -45,6 +52,92 @@ struct Answer {
   std::optional<PlanItem> file{};      // of a mesh
   std::vector<NearRow> found{};
 };
+
+// ---- meshes as queries ------------------------------------------------------------------------------------
+
+struct MeshQuery {
+  std::string id;
+  PlanItem file;
+  Status status = Status::internal;
+  std::string reason;         // empty when ok
+  std::vector<float> values;  // of the wanted descriptors, one after the other; empty unless ok
+};
+
+constexpr double query_seconds = 120;
+
+// The wanted rows of descriptors, one after the other.
+std::vector<float> described(Model& model, const StoredParameters& parameters,
+                             std::span<const DescriptorSchema> wanted) {
+  Samples& samples = model.row.samples;
+  // As for the rows of a store.
+  if (!model.surface.has_topology()) model.surface = prepare_mesh(model.file, model.cancel);
+  locate_on_mesh(model.file, model.surface, samples);
+  std::vector<float> values;
+  for (std::size_t k = 0; k < wanted.size(); ++k)
+    for (const DescriptorRow& row :
+         describe_samples(model.surface, samples, model.key, parameters.describe[k], model.cancel))
+      if (row.name == wanted[k].name) {
+        if (row.values.size() != wanted[k].width)
+          throw ItemError(Status::internal, fmt::format("{} has {} values, and {} in the store", row.name,
+                                                        row.values.size(), wanted[k].width));
+        values.insert(values.end(), row.values.begin(), row.values.end());
+      }
+  return values;
+}
+
+StoreHeader header_of(const SampleParameters& sample, const Inputs& inputs) {
+  RunOptions options;
+  options.sample = sample;
+  options.parameters_json = "{}";
+  return run_header(options, inputs, nullptr);
+}
+
+// One query for each mesh that the arguments name or contain (as the INPUT of `run`), in the order of their
+// ids. A mesh that cannot be read, sampled or described has its status and reason; folders that could not be
+// read are named on standard error. `path` names the store. Models that need more than `memory` bytes
+// together wait for each other; one alone has 120 s. Throws UsageError: see stored_parameters and
+// collect_inputs; no mesh at all.
+std::vector<MeshQuery> describe_queries(const StoreReader& store, const std::string& path,
+                                        std::span<const DescriptorSchema> wanted,
+                                        const std::vector<std::string>& arguments, std::uint64_t memory) {
+  const StoredParameters stored = stored_parameters(store, path, wanted);
+  Inputs inputs = collect_inputs(arguments);
+  print_unread(inputs.notes);
+  if (inputs.items.empty()) throw UsageError("--mesh: no mesh file is there");
+  GraphParameters graph;
+  graph.sample = stored.sample;
+  for (const DescribeParameters& describe : stored.describe)  // for the estimate of memory
+    graph.sample.describe.descriptors.push_back(describe.descriptors.front());
+  graph.threads = std::max(1, oneapi::tbb::info::default_concurrency());
+  graph.memory_bytes = memory;
+  graph.timeout_seconds = query_seconds;
+  reserve_memory(inputs.items, graph.sample, graph.threads, graph.memory_bytes);
+
+  std::vector<MeshQuery> queries(inputs.items.size());
+  std::optional<EmbreeDevice> device;
+  if (casts_rays(stored.sample)) device.emplace();
+  GraphStages stages = sampling_stages(stored.sample, device ? &*device : nullptr);
+  stages.push_back({"describe_shape", [&](GraphItem& item) {
+                      release_charts(item.model);
+                      queries[item.plan->row].values = described(item.model, stored, wanted);
+                    }});
+  NoRows rows;
+  std::atomic<bool> stopped = false;
+  std::vector<NodeStatistics> statistics;
+  const StoreHeader header = header_of(stored.sample, inputs);
+  run_sampling_graph(inputs.items, graph, stages, header, rows, stopped, statistics,
+                     [&](const FinishedItem& item) {
+                       MeshQuery& query = queries[item.plan.row];
+                       query.id = item.plan.id;
+                       query.file = item.plan;
+                       query.status = item.report.status;
+                       query.reason = item.report.reason;
+                       if (query.status != Status::ok) query.values.clear();
+                     });
+  return queries;
+}
+
+// ---- the search -------------------------------------------------------------------------------------------
 
 // Queries on their way into a search.
 struct Asked {
@@ -158,31 +251,29 @@ Table table_of(const StoreReader& store, std::span<const Answer> answers) {
 void print_json(const QueryOptions& options, const StoreReader& store, const RetrievalBase& base,
                 std::span<const Answer> answers) {
   const bool one = options.meshes.empty() && answers.size() == 1;
-  JsonWriter json;
-  json.begin_object();
-  json.member("store", options.store);
-  if (one) json.member("item", answers.front().query);
-  json.member("descriptor", joined(base.terms));
-  json.member("distance", options.distance);
-  write_left_out(json, base);
-  if (!one) {
-    json.key("queries");
-    json.begin_array();
-  }
-  for (const Answer& answer : answers) {
-    if (!one) {
-      json.begin_object();
-      json.member("query", answer.query);
-      json.member("status", name_of(answer.status));
-      json.member("reason", answer.reason);
-    }
-    json.key("results");
-    write_table(json, table_of(store, std::span(&answer, 1)));
-    if (!one) json.end_object();
-  }
-  if (!one) json.end_array();
-  json.end_object();
-  fmt::print("{}\n", json.text());
+  fmt::print("{}\n", json_object([&](JsonWriter& json) {
+               json.member("store", options.store);
+               if (one) json.member("item", answers.front().query);
+               json.member("descriptor", joined(base.terms));
+               json.member("distance", options.distance);
+               write_left_out(json, base);
+               if (!one) {
+                 json.key("queries");
+                 json.begin_array();
+               }
+               for (const Answer& answer : answers) {
+                 if (!one) {
+                   json.begin_object();
+                   json.member("query", answer.query);
+                   json.member("status", name_of(answer.status));
+                   json.member("reason", answer.reason);
+                 }
+                 json.key("results");
+                 write_table(json, table_of(store, std::span(&answer, 1)));
+                 if (!one) json.end_object();
+               }
+               if (!one) json.end_array();
+             }));
 }
 
 // ---- the picture -----------------------------------------------------------------------------------------

@@ -139,33 +139,26 @@ SurfaceRun sample_one(const std::string& argument, const SurfaceOptions& options
 
 void print_runs(const std::vector<SurfaceRun>& runs, const SurfaceOptions& options) {
   if (options.json) {
-    JsonWriter json;
-    json.begin_object();
-    json.member("store", options.store);
-    json.member("samples", options.sample.samples);
-    json.key("surfaces");
-    json.begin_array();
-    for (const SurfaceRun& run : runs) {
-      json.begin_object();
-      json.member("id", run.id);
-      json.member("status", name_of(run.row.report.status));
-      json.member("reason", run.row.report.reason);
-      json.member("area", run.row.report.area);
-      json.member("measure", run.row.report.measure);
-      if (run.done_before) {
-        json.member("done_before", true);
-      } else {
-        json.member("patches", run.patches);
-        json.member("leaves", run.leaves);
-        json.member("unresolved_patches", run.unresolved_patches);
-        json.member("bound_violations", run.bound_violations);
-        json.member("seconds", run.seconds);
-      }
-      json.end_object();
-    }
-    json.end_array();
-    json.end_object();
-    fmt::print("{}\n", json.text());
+    fmt::print("{}\n", json_object([&](JsonWriter& json) {
+                 json.member("store", options.store);
+                 json.member("samples", options.sample.samples);
+                 json.list("surfaces", runs, [&](const SurfaceRun& run) {
+                   json.member("id", run.id);
+                   json.member("status", name_of(run.row.report.status));
+                   json.member("reason", run.row.report.reason);
+                   json.member("area", run.row.report.area);
+                   json.member("measure", run.row.report.measure);
+                   if (run.done_before) {
+                     json.member("done_before", true);
+                   } else {
+                     json.member("patches", run.patches);
+                     json.member("leaves", run.leaves);
+                     json.member("unresolved_patches", run.unresolved_patches);
+                     json.member("bound_violations", run.bound_violations);
+                     json.member("seconds", run.seconds);
+                   }
+                 });
+               }));
     return;
   }
   for (const SurfaceRun& run : runs) {
