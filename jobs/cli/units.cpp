@@ -91,22 +91,6 @@ double parse_seconds(const std::string& text) {
   throw UsageError(text + ": has an unknown unit; use ms, s, m or h");
 }
 
-Budgets parse_budgets(const std::string& memory, const std::string& timeout,
-                      std::vector<std::string>& problems) {
-  Budgets budgets;
-  try {
-    budgets.memory_bytes = parse_bytes(memory);
-  } catch (const UsageError& error) {
-    problems.push_back(std::string("--memory: ") + error.what());
-  }
-  try {
-    budgets.timeout_seconds = parse_seconds(timeout);
-  } catch (const UsageError& error) {
-    problems.push_back(std::string("--timeout: ") + error.what());
-  }
-  return budgets;
-}
-
 std::optional<std::uint64_t> number_in(std::string_view text) {
   std::uint64_t value = 0;
   const char* const end = text.data() + text.size();

@@ -5,7 +5,6 @@
 #include <optional>
 #include <string>
 #include <string_view>
-#include <vector>
 
 #include "io/store/store.h"
 
@@ -18,14 +17,6 @@ std::string plain_count(const std::string& text);
 std::uint64_t parse_bytes(const std::string& text);
 // Seconds from "120", "120s", "2m", "1.5h". Throws UsageError.
 double parse_seconds(const std::string& text);
-
-// Both for the options --memory and --timeout; what cannot be read is added to the problems.
-struct Budgets {
-  std::uint64_t memory_bytes = 0;
-  double timeout_seconds = 0;
-};
-Budgets parse_budgets(const std::string& memory, const std::string& timeout,
-                      std::vector<std::string>& problems);
 
 // The number that the text is, decimal digits alone.
 std::optional<std::uint64_t> number_in(std::string_view text);

@@ -6,12 +6,14 @@
 #include <chrono>
 #include <exception>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
 #include <utility>
 #include <vector>
 
+#include "io/json_writer.h"
 #include "io/store/store.h"
 #include "jobs/cli/command_line.h"
 #include "jobs/cli/exit_status.h"
@@ -20,8 +22,8 @@
 #include "jobs/cli/working_process.h"
 #include "jobs/describe/describe_options.h"
 #include "jobs/describe/describe_stages.h"
-#include "jobs/describe/describe_summary.h"
 #include "jobs/rows/described_meshes.h"
+#include "jobs/rows/descriptor_choice.h"
 #include "jobs/rows/lone_item.h"
 #include "jobs/rows/memory_budget.h"
 #include "pipeline/memory_estimate.h"
@@ -29,6 +31,103 @@
 namespace meander {
 
 namespace {
+
+// Why rows could not be described completely: the first reason of each row, whose status is ok where nothing
+// failed but the model has no such descriptor. `add` and `of` may be called from many threads.
+class RowProblems {
+ public:
+  void add(std::uint64_t row, Failure problem) {
+    const std::lock_guard lock(mutex_);
+    by_row_.try_emplace(row, std::move(problem));
+  }
+  std::optional<Failure> of(std::uint64_t row) const {
+    const std::lock_guard lock(mutex_);
+    const auto at = by_row_.find(row);
+    return at == by_row_.end() ? std::nullopt : std::optional(at->second);
+  }
+  // Called once no thread adds any more.
+  const std::map<std::uint64_t, Failure>& all() const { return by_row_; }
+
+ private:
+  mutable std::mutex mutex_;
+  std::map<std::uint64_t, Failure> by_row_;
+};
+
+struct DescribeSummary {
+  std::string store;
+  std::span<const std::string> ids;
+  std::span<const Descriptor> descriptors;
+  const std::map<std::uint64_t, Failure>& problems;  // by row
+  std::uint64_t not_ok = 0;                          // rows without samples
+  double seconds = 0;
+};
+
+// Nothing failed where the status is ok: the model has no such descriptor.
+std::string_view kind_of(const Failure& problem) {
+  return problem.status == Status::ok ? "incomplete" : name_of(problem.status);
+}
+
+// On standard output, as text or as one JSON object.
+void print_summary(const DescribeSummary& summary, bool as_json) {
+  std::string names;
+  for (const Descriptor descriptor : summary.descriptors)
+    names += (names.empty() ? "" : ",") + std::string(name_of(descriptor));
+  const std::uint64_t described = summary.ids.size() - summary.not_ok - summary.problems.size();
+  if (as_json) {
+    fmt::print("{}\n", json_object([&](JsonWriter& json) {
+                 json.member("store", summary.store);
+                 json.member("descriptors", names);
+                 json.member("rows", std::uint64_t{summary.ids.size()});
+                 json.member("described", described);
+                 json.member("not_ok", summary.not_ok);
+                 json.member("seconds", summary.seconds);
+                 json.key("problems");
+                 json.begin_array();
+                 for (const auto& [row, problem] : summary.problems) {
+                   json.begin_object();
+                   json.member("id", summary.ids[row]);
+                   json.member("status", kind_of(problem));
+                   json.member("reason", problem.reason);
+                   json.end_object();
+                 }
+                 json.end_array();
+               }));
+    return;
+  }
+  fmt::print("{}: {} rows described with {} in {:.2f} s", summary.store, described, names, summary.seconds);
+  if (summary.not_ok > 0) fmt::print(", {} without samples", summary.not_ok);
+  fmt::print("\n");
+  if (summary.problems.empty()) return;
+  fmt::print("{} {} could not be described completely; missing values are NaN:\n", summary.problems.size(),
+             summary.problems.size() == 1 ? "row" : "rows");
+  constexpr std::size_t most_shown = 100;
+  std::size_t shown = 0;
+  for (const auto& [row, problem] : summary.problems) {
+    if (shown++ == most_shown) break;
+    fmt::print("  {}: {}: {}\n", summary.ids[row], kind_of(problem), problem.reason);
+  }
+  if (summary.problems.size() > most_shown)
+    fmt::print("  and {} more (--json lists all)\n", summary.problems.size() - most_shown);
+}
+
+// Adds the rows that an earlier start of the job left without their descriptors: those of `rows` (ascending)
+// that are not described.
+void add_earlier_problems(const StoreReader& store, const Describer& describer,
+                          std::span<const std::uint64_t> rows, RowProblems& problems) {
+  if (rows.empty()) return;
+  for (const DescriptorSchema& schema : store.descriptors()) {
+    if (schema.group != "descriptors" || !describer.makes(schema.name)) continue;
+    constexpr std::uint64_t block = 4096;
+    for (auto row = rows.begin(); row != rows.end();) {
+      const std::uint64_t begin = *row, count = std::min(block, store.rows() - begin);
+      const std::vector<float> values = store.read_descriptor(schema.name, begin, count);
+      for (; row != rows.end() && *row < begin + count; ++row)
+        if (!is_described(schema, std::span(values).subspan((*row - begin) * schema.width, schema.width)))
+          problems.add(*row, {Status::ok, fmt::format("`{}` could not be made before the job was interrupted",
+                                                      schema.name)});
+    }
+  }
+}
 
 // Rows are described in two rounds: with their meshes, and those that failed again without.
 enum class Round { with_meshes, with_points };
@@ -136,9 +235,9 @@ class DescribeJob {
     if (!done_before_.empty())
       add_earlier_problems(StoreReader(output_, StoreCheck::none), describer_, done_before_, problems_);
     const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
-    print_describe_summary({output_.string(), header_.ids, options_.describe.descriptors, problems_.all(),
-                            not_ok_, seconds.count()},
-                           options_.json);
+    print_summary({output_.string(), header_.ids, options_.describe.descriptors, problems_.all(), not_ok_,
+                   seconds.count()},
+                  options_.json);
     return problems_.all().empty() ? exit_done : exit_some_failed;
   }
 

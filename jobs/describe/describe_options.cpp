@@ -1,7 +1,6 @@
 #include "jobs/describe/describe_options.h"
 
 #include <fmt/format.h>
-#include <oneapi/tbb/info.h>
 
 #include <algorithm>
 #include <map>
@@ -156,10 +155,7 @@ void resolve_describe_options(DescribeOptions& options) {
     if (options.output.empty())
       problems.push_back("--shard describes a part of the rows: give it a store of its own with -o");
   }
-  const Budgets budgets = parse_budgets(options.memory, options.timeout, problems);
-  options.memory_bytes = budgets.memory_bytes;
-  options.timeout_seconds = budgets.timeout_seconds;
-  if (options.threads == 0) options.threads = std::max(1, oneapi::tbb::info::default_concurrency());
+  resolve_work_options(options, problems);
   if (!problems.empty()) throw UsageError(fmt::format("{}", fmt::join(problems, "\n")));
 }
 
@@ -228,20 +224,8 @@ void add_describe_command(Command& program, DescribeOptions& options) {
   running.add_flag("--fresh", options.fresh,
                    "Discard the unfinished work of an earlier describe (and OUTPUT)");
   add_trust_option(running, options.check);
-  running.add_option("-j,--threads", options.threads, "Threads, up to 1024 (0: all available)")
-      .show_default()
-      .range(0, 1024);
-  running.add_option("--memory", options.memory, "Memory budget of the whole process").show_default();
-  running.add_flag("--allow-oversize", options.allow_oversize,
-                   "Process a model that exceeds the memory budget, on its own");
-  running.add_option("--timeout", options.timeout, "Time limit per model; 0: none").show_default();
-  Command report = command.under("Report");
-  report
-      .add_option("--progress", options.progress,
-                  "Progress on standard error; auto: a bar on a terminal, plain lines otherwise")
-      .show_default()
-      .one_of({"auto", "bar", "plain", "json", "none"});
-  report.add_flag("--json", options.json, "The summary as JSON on standard output");
+  add_budget_options(running, options);
+  add_progress_options(command.under("Report"), options);
 }
 
 }  // namespace meander

@@ -11,25 +11,22 @@
 #include "io/store/store.h"
 #include "jobs/cli/jobs.h"
 #include "jobs/cli/settings.h"
+#include "jobs/cli/work_options.h"
 #include "jobs/inputs/input_options.h"
 #include "jobs/rows/descriptor_choice.h"
 #include "kernels/describe/describe_samples.h"
 
 namespace meander {
 
-struct DescribeOptions {
-  std::string store, output, descriptors, memory = "4G", timeout = "120s", progress = "auto";
+struct DescribeOptions : WorkOptions {
+  std::string store, output, descriptors;
   std::vector<std::string> inputs;
   InputOptions collect;  // how the inputs are read
   DescribeParameters describe;
-  int threads = 0;
-  std::uint64_t memory_bytes = 0;
-  std::uint64_t model_bytes = 0;  // of memory_bytes
-  double timeout_seconds = 0;
   SettingOptions settings;  // of `describe`
   std::string shard;        // i/n; empty: all rows
   StoreShard rows;          // the same
-  bool replace = false, fresh = false, allow_oversize = false, json = false;
+  bool replace = false, fresh = false;
   StoreCheck check = StoreCheck::every_byte;
 };
 

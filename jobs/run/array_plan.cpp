@@ -39,11 +39,10 @@ fs::path report_path(const std::string& store, std::size_t shard) {
 // The archives of a shard, each listed once.
 class OpenArchives {
  public:
-  // Empty where the archive, or the member, is gone: the item is then read as a file, and its row says that
-  // there is none.
-  // `inner`: the name of the archive in the archive that the member is in; empty: of none.
+  // Empty where the archive or the member is gone: the item is then read as a file, and its row says that the
+  // file is missing. `inner`: the name of the archive that has the member, inside the one at `path`; or "".
   PackedFile find(const std::string& path, const std::string& inner, const std::string& member) {
-    const std::shared_ptr<const Archive> archive = inner.empty() ? open(path) : open(path, inner);
+    const std::shared_ptr<const Archive> archive = open(path, inner);
     if (!archive) return {};
     for (std::size_t m = 0; m < archive->members().size(); ++m)
       if (archive->members()[m].name == member) return {archive, m};
@@ -51,28 +50,20 @@ class OpenArchives {
   }
 
  private:
-  std::shared_ptr<const Archive> open(const std::string& path) {
-    auto& archive = archives_[path];
-    try {
-      if (!archive) archive = std::make_shared<const Archive>(path);
-    } catch (const ItemError&) {
-    }
-    return archive;
-  }
-  std::shared_ptr<const Archive> open(const std::string& path, const std::string& name) {
-    auto& archive = inner_archives_[{path, name}];
+  std::shared_ptr<const Archive> open(const std::string& path, const std::string& inner) {
+    std::shared_ptr<const Archive>& archive = archives_[{path, inner}];
     if (archive) return archive;
-    const std::shared_ptr<const Archive> outer = open(path);
-    const auto member = outer ? outer->find(name) : std::nullopt;
+    const std::shared_ptr<const Archive> outer = inner.empty() ? nullptr : open(path, "");
+    const auto member = outer ? outer->find(inner) : std::nullopt;
     try {
+      if (inner.empty()) archive = std::make_shared<const Archive>(path);
       if (member) archive = std::make_shared<const Archive>(outer, *member);
     } catch (const ItemError&) {
     }
     return archive;
   }
 
-  std::map<std::string, std::shared_ptr<const Archive>> archives_;
-  std::map<std::pair<std::string, std::string>, std::shared_ptr<const Archive>> inner_archives_;
+  std::map<std::pair<std::string, std::string>, std::shared_ptr<const Archive>> archives_;
 };
 
 }  // namespace
@@ -244,7 +235,7 @@ void add_plan_command(Command& program, PlanOptions& options, RunOptionTexts& te
                   "Print a script that runs the array with this program, by its absolute path")
       .one_of(script_schedulers());
   Command running = command.under("Running");
-  add_budget_options(running, options.run, texts);
+  add_limit_options(running, options.run);
   add_older_store_options(running, options.run);
   add_progress_options(command.under("Report"), options.run);
 }

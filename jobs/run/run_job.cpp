@@ -357,7 +357,7 @@ JobFunction add_run_job(Command& program, const Laboratory* laboratory, StageHoo
   return [options, texts, shard, command, laboratory, hook = std::move(hook)] {
     if (options->store.empty() && options->inputs.size() == 1 &&
         !store_of_array(options->inputs.front()).empty())
-      return run_shards(*options, *texts, *shard, command, laboratory, hook);
+      return run_shards(*options, *shard, command, laboratory, hook);
     for (const char* name : {"--shard", "--task", "--shard-offset", "--shards-per-task", "--scratch"})
       if (command.given(name))
         throw UsageError(fmt::format("{} is for `meander run STORE.run`, after `meander plan`", name));

@@ -272,12 +272,14 @@ TaskNumber task_of_environment() {
   return {};
 }
 
-int run_shards(const RunOptions& given, const RunOptionTexts& texts, const ShardOptions& which,
-               const Command& command, const Laboratory* laboratory, const StageHook& hook) {
+int run_shards(const RunOptions& given, const ShardOptions& which, const Command& command,
+               const Laboratory* laboratory, const StageHook& hook) {
   const std::string store = store_of_array(given.inputs.front());
   refuse_other_options(command, given.inputs.front());
   RunOptions budgets = given;
-  resolve_budget_options(budgets, texts);
+  std::vector<std::string> problems;
+  resolve_work_options(budgets, problems);
+  if (!problems.empty()) throw UsageError(fmt::format("{}", fmt::join(problems, "\n")));
   ArrayTask task;
   task.store = store;
   task.array = *read_run_array(store);
