@@ -428,7 +428,7 @@ TensorTable read_tensors(const PlanItem& plan, const Model& model) {
 }
 
 // Small libraries of materials are a part of every estimate with colours.
-constexpr std::uint64_t most_unreserved_color_bytes = 1 << 20;
+constexpr std::uint64_t max_unreserved_color_bytes = 1 << 20;
 
 // What unpacks to more than is reserved needs a larger reservation first.
 ModelBytes open_model(const PlanItem& plan, std::uint64_t reserved_bytes, bool colors) {
@@ -450,7 +450,7 @@ void read_item(GraphItem& item, const SampleParameters& parameters, const ReuseL
   const ModelBytes file = open_model(plan, item.reserved_bytes, parameters.colors);
   // What its images take is in no estimate that was made before they were opened.
   const std::uint64_t color_bytes = file.color_bytes();
-  if (plan.reserved_bytes + color_bytes > item.reserved_bytes && color_bytes > most_unreserved_color_bytes)
+  if (plan.reserved_bytes + color_bytes > item.reserved_bytes && color_bytes > max_unreserved_color_bytes)
     throw NeedsMoreMemory(plan.reserved_bytes + color_bytes);
   item.file_bytes = file.file_bytes();
   Row& row = item.model.row;
@@ -475,7 +475,7 @@ void read_item(GraphItem& item, const SampleParameters& parameters, const ReuseL
   const auto admit = [&](MeshEstimate needs) {
     needs.file_bytes = item.file_bytes;
     needs.packed_bytes = file.packed_bytes();
-    if (color_bytes > most_unreserved_color_bytes) needs.decoding_bytes += color_bytes;
+    if (color_bytes > max_unreserved_color_bytes) needs.decoding_bytes += color_bytes;
     const std::uint64_t needed =
         estimate_bytes(needs, parameters, oneapi::tbb::this_task_arena::max_concurrency());
     if (needed > item.reserved_bytes) throw NeedsMoreMemory(needed);

@@ -18,10 +18,10 @@ class FileBytes {
  public:
   // Files of up to so many bytes are read. A mapping costs a fault every few pages, and unmapping interrupts
   // all threads of the process: copying so many bytes is cheaper.
-  static constexpr std::size_t most_read = std::size_t{4} << 20;
+  static constexpr std::size_t max_read = std::size_t{4} << 20;
 
   // `most`: longer files are mapped; 0 for what no reservation of memory has counted yet.
-  explicit FileBytes(const std::filesystem::path& path, std::size_t most = most_read);
+  explicit FileBytes(const std::filesystem::path& path, std::size_t most = max_read);
   ~FileBytes();
   FileBytes(FileBytes&& other) noexcept;
   FileBytes& operator=(FileBytes&&) = delete;

@@ -12,7 +12,7 @@ namespace meander {
 
 namespace {
 
-constexpr std::size_t most_files = 256;
+constexpr std::size_t max_files = 256;
 
 // Paths in fixed places: a handler must neither allocate nor lock.
 struct Slot {
@@ -21,14 +21,14 @@ struct Slot {
   pid_t process = 0;
   std::array<char, PATH_MAX> path{};
 };
-std::array<Slot, most_files> slots;
+std::array<Slot, max_files> slots;
 
 }  // namespace
 
 std::size_t note_pending_file(const std::filesystem::path& path) {
   const std::string text = std::filesystem::absolute(path).string();  // the handler may run in another folder
-  if (text.size() >= PATH_MAX) return most_files;
-  for (std::size_t i = 0; i < most_files; ++i) {
+  if (text.size() >= PATH_MAX) return max_files;
+  for (std::size_t i = 0; i < max_files; ++i) {
     int expected = Slot::free;
     if (!slots[i].state.compare_exchange_strong(expected, Slot::changing)) continue;
     slots[i].process = ::getpid();
@@ -36,11 +36,11 @@ std::size_t note_pending_file(const std::filesystem::path& path) {
     slots[i].state = Slot::noted;
     return i;
   }
-  return most_files;
+  return max_files;
 }
 
 void forget_pending_file(std::size_t number) {
-  if (number < most_files) slots[number].state = Slot::free;
+  if (number < max_files) slots[number].state = Slot::free;
 }
 
 void remove_pending_files() noexcept {

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "io/plot/colour.h"
+#include "io/plot/color.h"
 #include "kernels/data/rgb_image.h"
 
 namespace meander {
@@ -16,15 +16,15 @@ struct SheetCell {
   RgbImage picture;    // of the size of a cell; empty: a tile with the words of `failure`
   std::string title;   // below the picture; of one that is too long the end is shown
   std::string note{};  // a second, smaller line; empty: none
-  Rgb note_colour{120, 120, 120};
+  Rgb note_color{120, 120, 120};
   std::string failure{};       // why there is no picture; empty as well: the place stays white
   std::optional<Rgb> frame{};  // around the picture
 };
 
-// What the colours of a sheet mean: a bar from `low` to `high`, or the words of `title`, and colours with
+// What the colors of a sheet mean: a bar from `low` to `high`, or the words of `title`, and colors with
 // their meanings behind it.
 struct LegendKey {
-  Rgb colour;
+  Rgb color;
   std::string text;
 };
 struct SheetLegend {

@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "io/plot/colour.h"
+#include "io/plot/color.h"
 #include "kernels/data/rgb_image.h"
 
 namespace meander {
@@ -14,7 +14,7 @@ namespace meander {
 struct TextStyle {
   double size = 16;  // pixels of an em, 1..400
   bool bold = false;
-  Rgb colour{60, 60, 60};
+  Rgb color{60, 60, 60};
 };
 
 enum class TextAlign { left, centre, right };

@@ -11,7 +11,7 @@ namespace meander {
 namespace {
 
 constexpr std::string_view npy_magic("\x93NUMPY", 6);
-constexpr std::size_t most_dimensions = 32;  // as many as numpy has
+constexpr std::size_t max_dimensions = 32;  // as many as numpy has
 
 [[noreturn]] void fail_header(const std::string& what) {
   throw ItemError(Status::unreadable, "the header of the array " + what);
@@ -113,7 +113,7 @@ class NpyDictionary {
       rest_.remove_prefix(static_cast<std::size_t>(end - rest_.data()));
       if (rest_.starts_with('L')) rest_.remove_prefix(1);  // long integers of Python 2
       shape.push_back(extent);
-      if (shape.size() > most_dimensions) fail_header("has a shape of more than 32 dimensions");
+      if (shape.size() > max_dimensions) fail_header("has a shape of more than 32 dimensions");
       if (take(')')) break;
       expect(',');
     }

@@ -188,7 +188,7 @@ class StoreMerge {
     bool splits = false;
     for (std::size_t s = 0; s < stores_.size(); ++s) {
       const StoreReader& store = *stores_[s];
-      if (const std::string otherwise = made_otherwise(store, header); !otherwise.empty())
+      if (const std::string otherwise = parameter_mismatch(store, header); !otherwise.empty())
         throw UsageError(fmt::format("`{}` was made with other parameters than `{}`: {}", options_.inputs[s],
                                      options_.inputs.front(), otherwise));
       names.insert(store.label_names().begin(), store.label_names().end());

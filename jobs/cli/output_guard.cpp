@@ -38,8 +38,8 @@ fs::path with_suffix(const fs::path& store, std::string_view suffix) {
 
 fs::path folder_of(const fs::path& path) { return path.has_parent_path() ? path.parent_path() : "."; }
 
-// What is behind the name, links followed; empty when nothing is. A link to nothing is an error of its own:
-// the file would be made somewhere else.
+// The file of this name, links followed; empty when there is none. A link to nothing is an error of its own,
+// since the file would be made somewhere else.
 std::optional<struct stat> facts_of(const fs::path& path, const std::string& option) {
   struct stat facts {};
   if (::stat(path.c_str(), &facts) == 0) return facts;
@@ -53,7 +53,7 @@ std::optional<struct stat> facts_of(const fs::path& path, const std::string& opt
   return std::nullopt;
 }
 
-// For folders that the job creates, the parent of the first of them is checked.
+// When the job creates folders, the folder that the first of them is created in is checked.
 void check_writable(const fs::path& folder, const std::string& option, bool missing_folders) {
   struct stat facts {};
   const bool there = ::stat(folder.c_str(), &facts) == 0;
@@ -80,7 +80,7 @@ FileKind kind_for_message(const fs::path& path, const std::string& option) {
   }
 }
 
-// Work that a run left begins with its lock. --fresh removes the folder with all that it holds.
+// Refuses a folder without the lock of a run, since --fresh removes the folder with all that it holds.
 void check_run_folder(const fs::path& folder) {
   std::error_code none;
   if (!fs::exists(fs::symlink_status(folder, none))) return;
@@ -135,13 +135,13 @@ void OutputGuard::check(const fs::path& path, std::initializer_list<FileKind> ki
                     option, path.string(), describe(kind), describe(*kinds.begin())));
   if (existing == Existing::keep)
     throw UsageError(fmt::format("{}: `{}` exists (--fresh replaces it)", option, path.string()));
-  // A link is followed: its target is what is replaced.
+  // Links are followed: the target is replaced.
   check_writable(folder_of(fs::is_symlink(path, none) ? fs::canonical(path, none) : path), option, false);
 }
 
 void OutputGuard::check_folder(const fs::path& folder, const std::string& option) const {
   std::error_code none;
-  // A name that ends in a slash is that of the folder.
+  // Without the slash that the name of a folder may end in.
   const fs::path whole = folder.has_filename() ? folder : folder.parent_path();
   if (fs::is_symlink(whole, none)) facts_of(whole, option);
   check_writable(whole, option, true);
@@ -152,7 +152,7 @@ std::vector<fs::path> input_files(std::span<const std::string> arguments, std::s
   for (const std::string& argument : arguments)
     if (argument != "-") files.emplace_back(argument.starts_with('@') ? argument.substr(1) : argument);
   for (const PlanItem& item : items) files.push_back(file_of(item));
-  fs::path last;  // of tensors: often one file for all items
+  fs::path last;  // file of tensors; all items often have the same
   for (const PlanItem& item : items)
     if (!item.tensor_path.empty() && item.tensor_path != last) files.push_back(last = item.tensor_path);
   return files;
@@ -193,7 +193,7 @@ fs::path shortened_parts(const fs::path& path) {
     std::string name = part.string();
     if (name.size() > longest_part) {
       const auto digest = sha256(std::as_bytes(std::span(name)));
-      // What follows the first dot of a name may be nearly all of it.
+      // An extension that is not short is part of the name: it may be nearly all of it.
       const std::string extension = part.extension().string();
       const std::string ending = "~" + hex_text(std::span(digest).first(8)) +
                                  (extension.size() <= longest_extension ? extension : std::string());
@@ -242,8 +242,8 @@ UnfinishedExport::UnfinishedExport(fs::path folder, std::string parameters, bool
   const std::string before = begun.text("parameters").value_or("");
   if (before != parameters_)
     throw UsageError(
-        fmt::format("another export into `{}` was begun and did not end: {} (repeat its command, or --fresh "
-                    "makes this one from the beginning)",
+        fmt::format("another export into `{}` is unfinished: {} (repeat its command, or start this one anew "
+                    "with --fresh)",
                     folder_.string(), parameter_differences(before, parameters_)));
   continues_ = true;
   replaces_ = begun.integer("replaces").value_or(1) != 0;

@@ -82,8 +82,7 @@ ssize_t write_some(void* cookie, const char* data, std::size_t size) {
   return static_cast<ssize_t>(size);
 }
 
-// The same descriptor through a stream that ignores a closed pipe; `fallback` where there is no memory for
-// it.
+// A stream to the same descriptor that ignores a closed pipe; `fallback` when there is no memory for it.
 std::FILE* forgiving(GuardedStream& to, std::FILE* fallback, int buffering) {
   const cookie_io_functions_t functions{nullptr, write_some, nullptr, nullptr};
   std::FILE* const stream = ::fopencookie(&to, "w", functions);
@@ -96,7 +95,7 @@ std::FILE* forgiving(GuardedStream& to, std::FILE* fallback, int buffering) {
 
 void prepare_standard_streams() {
   std::signal(SIGPIPE, SIG_IGN);
-  // The lowest free number is given first: 0, 1, 2 in turn.
+  // open() takes the lowest free number: 0, 1, 2 in turn.
   for (const int number : {0, 1, 2})
     if (::fcntl(number, F_GETFD) < 0 && errno == EBADF && ::open("/dev/null", O_RDWR) < 0) break;
   static GuardedStream out{STDOUT_FILENO}, error{STDERR_FILENO};

@@ -100,14 +100,14 @@ void print_summary(const DescribeSummary& summary, bool as_json) {
   if (summary.problems.empty()) return;
   fmt::print("{} {} could not be described completely; missing values are NaN:\n", summary.problems.size(),
              summary.problems.size() == 1 ? "row" : "rows");
-  constexpr std::size_t most_shown = 100;
+  constexpr std::size_t max_shown = 100;
   std::size_t shown = 0;
   for (const auto& [row, problem] : summary.problems) {
-    if (shown++ == most_shown) break;
+    if (shown++ == max_shown) break;
     fmt::print("  {}: {}: {}\n", summary.ids[row], kind_of(problem), problem.reason);
   }
-  if (summary.problems.size() > most_shown)
-    fmt::print("  and {} more (--json lists all)\n", summary.problems.size() - most_shown);
+  if (summary.problems.size() > max_shown)
+    fmt::print("  and {} more (--json lists all)\n", summary.problems.size() - max_shown);
 }
 
 // Adds the rows that an earlier start of the job left without their descriptors: those of `rows` (ascending)

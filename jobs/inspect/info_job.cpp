@@ -165,10 +165,10 @@ int show_item(const StoreReader& store, const InfoOptions& options) {
   if (r.lacks != 0)
     fmt::print("  lacks             {}\n", fmt::join(lacking_columns(store.columns(), r), ", "));
   for (const auto& [attribute, names] : class_names(store, row)) {
-    constexpr std::size_t most_shown = 20;
-    const std::span<const std::string> shown = std::span(names).first(std::min(names.size(), most_shown));
+    constexpr std::size_t max_shown = 20;
+    const std::span<const std::string> shown = std::span(names).first(std::min(names.size(), max_shown));
     fmt::print("  {:<18}{}{}\n", attribute, fmt::join(shown, ", "),
-               names.size() > most_shown ? fmt::format(", ... ({} in all; --json)", names.size()) : "");
+               names.size() > max_shown ? fmt::format(", ... ({} in all; --json)", names.size()) : "");
   }
   for (const DescriptorRow& descriptor : store.read_row(row).descriptors)
     if (descriptor.values.size() == 1)
@@ -240,7 +240,7 @@ void show_counts_json(const StoreReader& store, const StoreSummary& summary) {
 }
 
 int info(const InfoOptions& options) {
-  mind_unfinished_work(options.store);
+  warn_of_unfinished_run(options.store);
   const StoreReader store(options.store, options.check);
   if (!options.item.empty()) return show_item(store, options);
   const StoreSummary summary = summarise(store, !options.failed && options.check == StoreCheck::every_byte);

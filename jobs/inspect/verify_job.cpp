@@ -23,7 +23,7 @@ struct VerifyOptions {
 };
 
 int verify(const VerifyOptions& options) {
-  mind_unfinished_work(options.store);
+  warn_of_unfinished_run(options.store);
   if (!std::filesystem::is_regular_file(options.store))
     throw UsageError(fmt::format("{} is not a store: it is not a regular file", options.store));
   const VerifyResult result = verify_store(options.store, options.limit);

@@ -17,8 +17,8 @@
 
 namespace meander {
 
-enum class SampleColour : std::uint8_t { plain, density, rank, normal, label };
-inline constexpr std::string_view sample_colour_names[] = {"plain", "density", "rank", "normal", "label"};
+enum class SampleColor : std::uint8_t { plain, density, rank, normal, label };
+inline constexpr std::string_view sample_color_names[] = {"plain", "density", "rank", "normal", "label"};
 
 enum class SampleStyle : std::uint8_t {
   surface,  // discs on the mesh
@@ -34,7 +34,7 @@ struct ModelLook {
   std::uint32_t points = 0;  // the first so many samples of every model; 0: all
   bool surfaces = true;      // meshes were asked for: the note names those that are missing
   bool samples = true;       // drawn on the surface; where there is none they always are
-  SampleColour colour = SampleColour::plain;
+  SampleColor color = SampleColor::plain;
   double disc = 0.26;  // radius of a sample's disc, parts of sqrt(area / (samples drawn x density)); 0.05..1
   Vector3 view = {0.55, 0.42, 1};  // from the model towards the eye
   Vector3 up = {0, 1, 0};
@@ -48,7 +48,7 @@ struct PicturedModel {
   bool in_store = true;   // false: the file alone, without samples
 };
 
-// The least and the largest density of the rows that are ok: what `SampleColour::density` is relative to.
+// The least and the largest density of the rows that are ok: what `SampleColor::density` is relative to.
 struct DensityRange {
   double least = 1, largest = 1;
 };

@@ -29,10 +29,10 @@ namespace meander {
 
 namespace {
 
-constexpr int most_models = 400;
+constexpr int max_models = 400;
 
 struct RenderOptions {
-  std::string store, output, colour = "plain", up = "y", view, memory = "4G";
+  std::string store, output, color = "plain", up = "y", view, memory = "4G";
   std::vector<std::string> inputs, items;
   std::uint32_t models = 24;
   int threads = 0;
@@ -44,9 +44,8 @@ struct RenderOptions {
 
 ModelLook look_of(const RenderOptions& options) {
   ModelLook look = options.look;
-  const auto named =
-      std::find(std::begin(sample_colour_names), std::end(sample_colour_names), options.colour);
-  look.colour = static_cast<SampleColour>(named - std::begin(sample_colour_names));
+  const auto named = std::find(std::begin(sample_color_names), std::end(sample_color_names), options.color);
+  look.color = static_cast<SampleColor>(named - std::begin(sample_color_names));
   look.size = options.sheet.cell;
   look.surfaces = !options.inputs.empty();
   look.up = axis_of(options.up);
@@ -100,16 +99,16 @@ int render_sheet(const RenderOptions& options) {
   const StoreReader store(options.store, options.check);
   store.require(SampleColumn::normals, "`render`");
   store.require(SampleColumn::density, "`render`");
-  if (look.colour == SampleColour::rank) store.require(SampleColumn::curve_rank, "`render --colour rank`");
+  if (look.color == SampleColor::rank) store.require(SampleColumn::curve_rank, "`render --color rank`");
   OutputGuard guard;
   guard.protect(options.store, "the store itself");
   if (std::filesystem::path(options.output).extension() != ".png")
     throw UsageError(fmt::format("-o: `{}` should end in .png, the format of sheets", options.output));
   std::vector<PicturedModel> models = chosen_models(store, options);
   if (models.empty()) throw UsageError(fmt::format("`{}` has no rows", options.store));
-  if (models.size() > std::size_t{most_models})
-    throw UsageError(fmt::format("--item: {} models are too many for a sheet, which holds {}", models.size(),
-                                 most_models));
+  if (models.size() > std::size_t{max_models})
+    throw UsageError(
+        fmt::format("--item: {} models are too many for a sheet, which holds {}", models.size(), max_models));
   const std::uint64_t memory = memory_for_pictures(options, store, look, models.size());
   find_meshes(store, options, models, guard);
   guard.check(options.output, {FileKind::png}, "-o");
@@ -167,7 +166,7 @@ JobFunction add_pictures(Command& render, const StyleWords& words) {
   command
       .add_option("--models", options->models, "Models on the sheet, evenly spread over the rows, 1 to 400")
       .show_default()
-      .range(1, most_models)
+      .range(1, max_models)
       .excludes(items);
   command.add_option("--size", options->sheet.cell, "Pixels of a model's picture, 64 to 2048")
       .show_default()
@@ -177,9 +176,9 @@ JobFunction add_pictures(Command& render, const StyleWords& words) {
       .range(1, 400);
   command.add_option("--points", options->look.points, "Draw only the first so many samples of each model")
       .range(1, 100000000);
-  command.add_option("--colour,--color", options->colour, "What the colour of a sample says")
+  command.add_option("--color,--colour", options->color, "What the color of a sample says")
       .show_default()
-      .one_of({std::begin(sample_colour_names), std::end(sample_colour_names)});
+      .one_of({std::begin(sample_color_names), std::end(sample_color_names)});
   if (!surfaces) {
     SplatSizes& sizes = options->look.splats;
     if (words.style == SampleStyle::splats)

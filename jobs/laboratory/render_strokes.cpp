@@ -31,7 +31,7 @@ namespace meander {
 
 namespace {
 
-constexpr std::size_t most_pictures = 400;
+constexpr std::size_t max_pictures = 400;
 constexpr std::uint32_t sampled_strokes = 20000;
 
 struct StrokesOptions {
@@ -141,7 +141,7 @@ class Subjects {
     store_->require(SampleColumn::normals, "`render strokes`");
     for (const std::string& item : options.items) rows_.push_back(find_item(*store_, item));
     if (options.items.empty())
-      for (std::uint64_t row = 0; row < std::min<std::uint64_t>(store_->rows(), most_pictures + 1); ++row)
+      for (std::uint64_t row = 0; row < std::min<std::uint64_t>(store_->rows(), max_pictures + 1); ++row)
         rows_.push_back(row);
     if (rows_.empty()) throw UsageError(fmt::format("`{}` has no rows", path));
     for (const std::uint64_t row : rows_) names_.push_back(store_->id(row));
@@ -285,9 +285,9 @@ int render_strokes(const StrokesOptions& options) {
   OutputGuard guard;
   const Subjects subjects(options, guard);
   const std::size_t pictures = subjects.count() * media_of(options).size();
-  if (pictures > most_pictures)
+  if (pictures > max_pictures)
     throw UsageError(fmt::format("{} pictures are too many for a sheet, which holds {}: name fewer models{}",
-                                 pictures, most_pictures, subjects.stored() ? " with --item" : ""));
+                                 pictures, max_pictures, subjects.stored() ? " with --item" : ""));
   if (pictures > 1 && (look.width != look.height || look.width > 2048))
     throw UsageError("--size: several pictures are put on a sheet, and need a square of at most 2048 pixels");
   if (pictures == 1 && options.columns > 0)
@@ -324,7 +324,7 @@ void add_look_options(Command& command, StrokesOptions& options) {
   command.add_option("--tones", options.tones, "Ink and pencil: one tone, or three (multi)")
       .show_default()
       .one_of({"one", "multi"});
-  command.add_option("--palette", options.palette, "Colours (default: those of the medium)")
+  command.add_option("--palette", options.palette, "Colors (default: those of the medium)")
       .one_of({stroke_palette_names.begin(), stroke_palette_names.end()});
   command
       .add_option("--strokes", options.strokes,
@@ -334,7 +334,7 @@ void add_look_options(Command& command, StrokesOptions& options) {
   command
       .add_option("--columns", options.columns,
                   "Several pictures: so many in a row (default: a sheet of about 4 : 3)")
-      .range(1, static_cast<int>(most_pictures));
+      .range(1, static_cast<int>(max_pictures));
   command.add_option("--up", options.up, "The axis of the models that points up")
       .show_default()
       .one_of({"x", "y", "z"});

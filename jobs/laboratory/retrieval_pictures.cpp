@@ -106,7 +106,7 @@ void draw_hit_rows(const std::filesystem::path& file, const StoreReader& store,
       cell.frame = frame_of(hit, &hit == row.data());
       cell.title = hit.title;
       cell.note = hit.note + (cell.note.starts_with("points only") ? "; " + cell.note : "");
-      cell.note_colour = {90, 90, 90};
+      cell.note_color = {90, 90, 90};
     }
     for (std::size_t i = row.size(); i < sheet.columns; ++i) cells.emplace_back();
   }

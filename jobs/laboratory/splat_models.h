@@ -13,7 +13,7 @@
 
 namespace meander {
 
-inline constexpr SrgbColour splat_colour = {232, 196, 158};  // where colours say nothing
+inline constexpr SrgbColor splat_color = {232, 196, 158};  // where colors say nothing
 
 struct SplatSizes {
   double cover = 4;    // area of a splat over that of the surface its sample stands for, 0.05..16
@@ -30,7 +30,7 @@ std::vector<float> splat_half_axes(const Row& row, std::span<const float> areas,
 
 // The first samples of a row, as many as there are half-axes, which must outlive what comes back. Makes the
 // half-axes smaller, all by the same factor, where they would overlap more than draw_splats takes.
-OrientedSplats splats_of(const Row& row, std::span<float> half_axes, std::span<const SrgbColour> colours,
+OrientedSplats splats_of(const Row& row, std::span<float> half_axes, std::span<const SrgbColor> colors,
                          const SplatView& view);
 void limit_overlap(std::span<float> half_axes, const SplatView& view);
 

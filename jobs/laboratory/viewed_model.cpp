@@ -71,7 +71,7 @@ RgbImage ViewedModel::draw(const ViewDetail& kept, const SplatView& view, const 
     half_axes.push_back(all_axes[2 * std::size_t{i} + 1]);
   }
   limit_overlap(half_axes, view);
-  return draw_splats({centres, normals, directions, half_axes, {&splat_colour, 1}}, view,
+  return draw_splats({centres, normals, directions, half_axes, {&splat_color, 1}}, view,
                      {.backs = parameters_.both_sides})
       .image;
 }

@@ -29,7 +29,7 @@ namespace meander {
 
 namespace {
 
-constexpr std::size_t most_drawn_classes = 1024;
+constexpr std::size_t max_drawn_classes = 1024;
 
 struct EvaluateOptions : CompareOptions {
   std::string classes, matrix, picture, confusion, html, shard, scores_file;
@@ -204,7 +204,7 @@ void print_json(const EvaluateOptions& options, const RetrievalBase& base, const
 
 // ---- the page --------------------------------------------------------------------------------------------
 
-constexpr std::size_t most_confusions = 50;
+constexpr std::size_t max_confusions = 50;
 constexpr std::ptrdiff_t milliseconds_column = 3;
 
 Table confusion_table(const StoreReader& store, const RetrievalBase& base, const RetrievalTask& task,
@@ -227,7 +227,7 @@ Table confusion_table(const StoreReader& store, const RetrievalBase& base, const
                {"distance to it"},
                {"ratio"}},
               {}};
-  for (std::size_t i = 0; i < std::min(mistakes.size(), most_confusions); ++i) {
+  for (std::size_t i = 0; i < std::min(mistakes.size(), max_confusions); ++i) {
     const std::size_t row = mistakes[i];
     const auto& [any, own, has_own] = nearest[row];
     table.rows.push_back({store.id(base.rows[row]), base.classes[task.label[row]],
@@ -320,11 +320,11 @@ int evaluate(const EvaluateOptions& options, const Laboratory* laboratory) {
   const RetrievalTask task = labelled_task(base, options.psb_compat);
   if (!options.scores_file.empty()) return write_part(options, base, task);
   const bool draws_confusion = !options.confusion.empty(), makes_page = !options.html.empty();
-  if (draws_confusion && base.classes.size() > most_drawn_classes)
-    throw UsageError(fmt::format("--confusion draws up to {} classes: there are {}", most_drawn_classes,
+  if (draws_confusion && base.classes.size() > max_drawn_classes)
+    throw UsageError(fmt::format("--confusion draws up to {} classes: there are {}", max_drawn_classes,
                                  base.classes.size()));
   std::vector<NearestModels> nearest(makes_page ? base.rows.size() : 0);
-  const bool with_confusion = draws_confusion || (makes_page && base.classes.size() <= most_drawn_classes);
+  const bool with_confusion = draws_confusion || (makes_page && base.classes.size() <= max_drawn_classes);
   const RetrievalSummary summary =
       options.score_files.empty()
           ? evaluate_base(base, task, options.matrix, with_confusion, nearest)

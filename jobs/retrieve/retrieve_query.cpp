@@ -192,16 +192,16 @@ void ask_meshes(const StoreReader& store, const RetrievalBase& base, const Query
   }
 }
 
-constexpr std::size_t most_pictures = 400;
+constexpr std::size_t max_pictures = 400;
 
 // Once the number of queries is known, before the search.
 void check_picture_size(const QueryOptions& options, std::size_t queries, std::uint64_t rows) {
   const std::uint64_t across = 1 + std::min<std::uint64_t>(options.k, rows);
-  if (!options.picture.empty() && queries * across > most_pictures)
+  if (!options.picture.empty() && queries * across > max_pictures)
     throw UsageError(
         fmt::format("--picture: {} queries with up to {} models each are more than {} pictures: take a "
                     "smaller -k or fewer queries",
-                    queries, across - 1, most_pictures));
+                    queries, across - 1, max_pictures));
 }
 
 // All queries in one pass over the store.

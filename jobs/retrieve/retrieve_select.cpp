@@ -70,7 +70,7 @@ struct Selection {
 
 // ---- the trials -------------------------------------------------------------------------------------------
 
-constexpr std::size_t most_combinations = 1023;      // all subsets of ten
+constexpr std::size_t max_combinations = 1023;       // all subsets of ten
 constexpr std::size_t scored_at_once = 256;          // for the memory of their scores
 constexpr std::uint64_t setting_bytes = 100 * 1024;  // of the scores of a combination, see score_combinations
 
@@ -100,18 +100,18 @@ Combinations listed_combinations(const std::vector<std::string>& texts) {
 }
 
 // How many of `count` histograms a combination may have: `most`, or, where that is 0, as many as leave no
-// more than most_combinations.
+// more than max_combinations.
 std::uint32_t largest_combination(std::uint32_t count, std::uint32_t most) {
   std::size_t all = 0, of_size = 1;
   for (std::uint32_t size = 1; size <= count && (most == 0 || size <= most); ++size) {
     of_size = of_size * (count - size + 1) / size;
     all += of_size;
-    if (all <= most_combinations) continue;
+    if (all <= max_combinations) continue;
     if (most == 0 && size > 1) return size - 1;
     throw UsageError(fmt::format(
         "{} descriptors have more than {} combinations of up to {}: take a smaller --most, or list "
         "some with --descriptors",
-        count, most_combinations, size));
+        count, max_combinations, size));
   }
   return most == 0 ? count : std::min(most, count);
 }

@@ -143,13 +143,13 @@ std::string expression_over_gaps(std::span<const std::size_t> ascending, std::si
 
 }  // namespace
 
-std::string array_expression(std::span<const std::size_t> ascending, std::size_t most_bytes) {
+std::string array_expression(std::span<const std::size_t> ascending, std::size_t max_bytes) {
   std::string text = expression_over_gaps(ascending, 0);
-  if (text.size() <= most_bytes) return text;
+  if (text.size() <= max_bytes) return text;
   std::size_t too_few = 0, enough = ascending.back() - ascending.front();  // one range
   while (enough - too_few > 1) {
     const std::size_t closed = too_few + (enough - too_few) / 2;
-    (expression_over_gaps(ascending, closed).size() <= most_bytes ? enough : too_few) = closed;
+    (expression_over_gaps(ascending, closed).size() <= max_bytes ? enough : too_few) = closed;
   }
   return expression_over_gaps(ascending, enough);
 }

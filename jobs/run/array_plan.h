@@ -48,9 +48,9 @@ std::uint64_t shards_per_task(std::uint64_t shards, std::uint64_t max_tasks);
 std::vector<std::size_t> tasks_of_shards(std::span<const std::size_t> ascending,
                                          std::uint64_t shards_per_task, std::int64_t offset = 0);
 
-// "3,7-9": numbers in the notation of job arrays. Beyond `most_bytes`, which one argument of a command may
+// "3,7-9": numbers in the notation of job arrays. Beyond `max_bytes`, which one argument of a command may
 // take, the shortest gaps are closed: what is done already ends at once when it is started again.
-std::string array_expression(std::span<const std::size_t> ascending, std::size_t most_bytes = 64 << 10);
+std::string array_expression(std::span<const std::size_t> ascending, std::size_t max_bytes = 64 << 10);
 
 // items.jsonl in the folder of a shard: where the items are, one line each.
 void write_shard_items(const std::filesystem::path& folder, std::span<const PlanItem> items);

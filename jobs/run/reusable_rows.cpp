@@ -28,7 +28,7 @@ std::string key_of(const std::array<std::uint8_t, 32>& content, MeshFormat forma
 
 ReusableRows::ReusableRows(const std::string& path, StoreCheck check, const StoreHeader& header)
     : store_(path, check) {
-  if (const std::string otherwise = made_otherwise(store_, header); !otherwise.empty())
+  if (const std::string otherwise = parameter_mismatch(store_, header); !otherwise.empty())
     throw UsageError("--reuse: `" + path + "` was made with other parameters: " + otherwise);
   const std::vector<std::string> ids = store_.header().ids;
   for (std::uint64_t row = 0; row < store_.rows(); ++row) {

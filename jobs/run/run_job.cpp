@@ -218,7 +218,7 @@ class RunJob {
   StoreCheck take_check() { return std::exchange(check_, StoreCheck::none); }
 
   void require_same_parameters(const StoreReader& store) const {
-    if (const std::string otherwise = made_otherwise(store, header_); !otherwise.empty())
+    if (const std::string otherwise = parameter_mismatch(store, header_); !otherwise.empty())
       throw UsageError(
           fmt::format("`{}` was made with other parameters: {} (--fresh replaces it, or choose "
                       "another name)",

@@ -33,11 +33,11 @@ SplatView turning_view(std::span<const float> points, Vector3 towards, Vector3 u
 
 // n ellipses. Those that are not finite or have no area are left out.
 struct OrientedSplats {
-  std::span<const float> centres;       // 3 n
-  std::span<const float> normals;       // 3 n; outwards, if the surface is closed
-  std::span<const float> directions;    // 3 n: of the first half-axis, in the tangent plane; empty: any
-  std::span<const float> half_axes;     // 2 n: along and across the direction, in the units of the centres
-  std::span<const SrgbColour> colours;  // n, or one for all
+  std::span<const float> centres;     // 3 n
+  std::span<const float> normals;     // 3 n; outwards, if the surface is closed
+  std::span<const float> directions;  // 3 n: of the first half-axis, in the tangent plane; empty: any
+  std::span<const float> half_axes;   // 2 n: along and across the direction, in the units of the centres
+  std::span<const SrgbColor> colors;  // n, or one for all
 };
 
 // The half-axes a >= b of an ellipse of `area` with a / b = ratio >= 1: pi a b = area.
@@ -60,7 +60,7 @@ struct SplatImage {
 };
 
 // Visibility, then blending (Zwicker, Pfister, van Baar, Gross 2001; Botsch and Kobbelt 2003): the foremost
-// splat decides the depth of a pixel, and those about as near give it colours and normals, weighted by (1 -
+// splat decides the depth of a pixel, and those about as near give it colors and normals, weighted by (1 -
 // r^2)^2 of the distance r from their centres in half-axes; light is computed on the mean normal. Splats are
 // widened by a filter of half a pixel, so that none falls between pixels; 3 x 3 supersampling. Hollows are
 // darkened as in splat_picture. Tiles of 32 x 32 pixels are drawn in parallel, splats of a tile in their

@@ -177,7 +177,7 @@ class Painter {
  private:
   Paint bare() const {
     if (style_.glaze) return {};
-    return {style_.paper_colour[0], style_.paper_colour[1], style_.paper_colour[2], 0};
+    return {style_.paper_color[0], style_.paper_color[1], style_.paper_color[2], 0};
   }
 
   void paint_stroke(const Stroke& stroke, const PixelArea& tile_area, std::vector<Paint>& picture) const {
@@ -189,7 +189,7 @@ class Painter {
       std::array<float, 3> density;
       for (std::size_t k = 0; k < 3; ++k)
         density[k] =
-            -stroke.opacity * std::log(std::clamp(stroke.colour[k] / style_.paper_colour[k], 0.004f, 1.0f));
+            -stroke.opacity * std::log(std::clamp(stroke.color[k] / style_.paper_color[k], 0.004f, 1.0f));
       const auto granulation = static_cast<float>(style_.granulation);
       each_pixel(stroke, brush, area, [&](std::int64_t x, std::int64_t y, const BrushTexel& texel) {
         const std::size_t i = static_cast<std::size_t>(y) * canvas_.width + static_cast<std::size_t>(x);
@@ -205,18 +205,18 @@ class Painter {
     const float thickness = static_cast<float>(style_.impasto * std::max(1.0, canvas_.unit)),
                 streak = style_.impasto > 0 ? 0.14f : 0;
     // A hand presses harder in the dark, and fills more of the valleys.
-    const float bright = 0.2126f * stroke.colour[0] + 0.7152f * stroke.colour[1] + 0.0722f * stroke.colour[2],
+    const float bright = 0.2126f * stroke.color[0] + 0.7152f * stroke.color[1] + 0.0722f * stroke.color[2],
                 pressed = style_.sticks ? grain * std::min(1.0f, 0.4f + 1.1f * std::sqrt(bright)) : grain;
     each_pixel(stroke, brush, area, [&](std::int64_t x, std::int64_t y, const BrushTexel& texel) {
       const std::size_t i = static_cast<std::size_t>(y) * canvas_.width + static_cast<std::size_t>(x);
       float cover = std::min(1.0f, stroke.opacity * texel.cover);
       if (pressed > 0) cover *= taken(paper_[i], cover, pressed);
-      // Bristles carry a little more or less of the colour.
+      // Bristles carry a little more or less of the color.
       const float shade = 1 + streak * (texel.height - 0.75f);
       Paint& below = picture[i];
-      below.red += cover * (shade * stroke.colour[0] - below.red);
-      below.green += cover * (shade * stroke.colour[1] - below.green);
-      below.blue += cover * (shade * stroke.colour[2] - below.blue);
+      below.red += cover * (shade * stroke.color[0] - below.red);
+      below.green += cover * (shade * stroke.color[1] - below.green);
+      below.blue += cover * (shade * stroke.color[2] - below.blue);
       // The brush levels half of what is there and leaves its own.
       below.height += cover * (thickness * texel.height - 0.55f * below.height);
     });
@@ -353,7 +353,7 @@ RgbImage paint_strokes(std::span<const Stroke> strokes, std::span<const BrushSet
       const ReliefLight light = relief.at(x, y);
       std::array<float, 3> seen = {paint.red, paint.green, paint.blue};
       for (std::size_t k = 0; k < 3; ++k) {
-        if (style.glaze) seen[k] = style.paper_colour[k] * std::exp(-seen[k]);
+        if (style.glaze) seen[k] = style.paper_color[k] * std::exp(-seen[k]);
         image.pixel(x, static_cast<std::uint32_t>(y))[k] = srgb_byte(light.shade * seen[k] + light.gloss);
       }
     }

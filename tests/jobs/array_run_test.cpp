@@ -337,7 +337,7 @@ TEST_CASE("array: what the plan decided cannot be given to a task, and the other
   fails({"run", scene.run, "--shard", "0/2", "--seed", "1"}, "--seed: the plan");
   fails({"run", scene.run, "--shard", "2/2"}, "numbered from 0 to 1");
   fails({"run", scene.run, "--shard", "0/3"}, "the plan has 2 shards");
-  fails({"run", scene.run, "--shard", "x"}, "is not i/n");
+  fails({"run", scene.run, "--shard", "x"}, "is not of the form i/n");
   fails({"run", scene.models.string(), "-o", (scene.scratch / "t.h5").string(), "--shard", "0/2"},
         "meander plan");
   fails({"run", scene.models.string()}, "--output is required");

@@ -141,7 +141,7 @@ TEST_CASE("describe: parts of the rows, merged, are what one process makes") {
   fails({"--shard", "0/2"}, "give it a store of its own with -o");
   fails({"--shard", "0/2", "-o", models.path("s.h5")}, "cannot take the place of the whole");
   fails({"--shard", "2/2", "-o", models.path("t.h5")}, "numbered from 0 to 1");
-  fails({"--shard", "two", "-o", models.path("t.h5")}, "is not i/n");
+  fails({"--shard", "two", "-o", models.path("t.h5")}, "is not of the form i/n");
 }
 
 TEST_CASE("describe: a missing or changed mesh is a problem of its row alone") {

@@ -309,7 +309,7 @@ TEST_CASE("folder layouts: class and split of an item") {
 }
 
 TEST_CASE("folder layouts: auto needs every item to fit") {
-  const auto layout = [](const Ids& ids) { return recognise_layout(ids); };
+  const auto layout = [](const Ids& ids) { return recognize_layout(ids); };
   using enum FolderLayout;
   CHECK(layout({"chair/test/1.off", "chair/train/2.off"}) == modelnet);
   CHECK(layout({"m/chair/test/1.off", "m/lamp/train/2.off", "m/lamp/val/3.off"}) == modelnet);
@@ -782,7 +782,7 @@ TEST_CASE("labels: many ids that mean much are found in little time") {
 
 TEST_CASE("folder layouts: auto on the trees of data sets makes no classes of what are none") {
   using enum FolderLayout;
-  const auto layout = [](const Ids& ids) { return recognise_layout(ids); };
+  const auto layout = [](const Ids& ids) { return recognize_layout(ids); };
   CHECK(layout({"airplane/test/airplane_0627.off", "airplane/train/airplane_0001.off"}) == modelnet);
   CHECK(layout({"ModelNet10/bed/test/bed_0516.off", "ModelNet10/bed/train/bed_0001.off"}) == modelnet);
   CHECK(layout({"02691156/10155655850468db78d106ce0a280f87/models/model_normalized.obj"}) == shapenet);

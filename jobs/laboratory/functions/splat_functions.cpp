@@ -107,7 +107,7 @@ LaboratoryResult splats(const LaboratoryArguments& given) {
   for (const Vector3& towards : directions_in(given, "views")) {
     const SplattedView from(model, towards, given);
     std::vector<float> half_axes = splat_half_axes(row, areas, sizes_of(given));
-    const OrientedSplats all = splats_of(row, half_axes, {&splat_colour, 1}, from.view);
+    const OrientedSplats all = splats_of(row, half_axes, {&splat_color, 1}, from.view);
     white.push_back(white_space(all, from.view, from.depth).share());
     if (given.flag("measured")) continue;
     const std::vector<std::uint32_t> seen = from.seen(row, half_axes);
@@ -116,7 +116,7 @@ LaboratoryResult splats(const LaboratoryArguments& given) {
                              directions = of_samples(all.directions, 3, seen),
                              axes = of_samples(half_axes, 2, seen);
     const RgbImage image =
-        draw_splats({centres, normals, directions, axes, all.colours}, from.view, {.backs = !closed}).image;
+        draw_splats({centres, normals, directions, axes, all.colors}, from.view, {.backs = !closed}).image;
     images.insert(images.end(), image.pixels.begin(), image.pixels.end());
   }
   LaboratoryResult result;
@@ -171,7 +171,7 @@ void add_coverage(const StrokePlan& plan, LaboratoryResult& result) {
   style.glaze = true;
   style.grain = style.granulation = style.edge = style.impasto = 0;
   style.paper = PaperKind::smooth;
-  style.paper_colour = {1, 1, 1};
+  style.paper_color = {1, 1, 1};
   const float mark = std::exp(-0.25f);
   std::vector<Stroke> body;
   for (Stroke stroke : plan.strokes) {
@@ -179,7 +179,7 @@ void add_coverage(const StrokePlan& plan, LaboratoryResult& result) {
         plan.style.layers[stroke.layer].purpose != LayerPurpose::body)
       continue;
     stroke.opacity = 1;
-    stroke.colour = {mark, mark, mark};
+    stroke.color = {mark, mark, mark};
     body.push_back(stroke);
   }
   const RgbImage image = paint_strokes(body, plan.brushes, style, plan.canvas, LatticeNoise(picture_key(1)));
