@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::size_t max_files = 256;
 
-// Paths in fixed places: a handler must neither allocate nor lock.
+// Paths are in fixed arrays, since a signal handler must neither allocate nor lock.
 struct Slot {
   enum State : int { free, changing, noted };
   std::atomic<int> state{free};

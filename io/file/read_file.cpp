@@ -18,7 +18,7 @@ std::string content_of(const FileDescriptor& file, const std::filesystem::path& 
   std::string content;
   std::size_t done = 0;
   for (;;) {
-    // A regular file is read in one piece; one byte more to see its end.
+    // Room for a regular file, and one byte more in which its end shows.
     if (done == content.size())
       content.resize(std::max({min_room, file_size(file, path) + 1, 2 * std::uint64_t{done}}));
     const ssize_t count = ::read(file.get(), content.data() + done, content.size() - done);

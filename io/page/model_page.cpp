@@ -14,7 +14,7 @@ namespace meander {
 
 namespace {
 
-// Where page.html takes the other parts.
+// The marks in page.html that the other parts replace.
 constexpr std::string_view policy_mark = "{{policy}}", style_mark = "{{style}}", data_mark = "{{data}}";
 
 std::uint8_t byte_share(double share) {
@@ -32,7 +32,7 @@ std::string source_hash(std::string_view text) {
   return "'sha256-" + base64(std::as_bytes(std::span(digest))) + "'";
 }
 
-// Of the markup, what stands before and behind the data; policy and style are filled in.
+// The markup before and after the data, with policy and style filled in.
 struct PageFrame {
   std::string before, behind;
 };

@@ -1,4 +1,4 @@
-// meander plan: divides a run among many processes.
+// meander plan divides a run among many processes.
 #include <fmt/format.h>
 
 #include <charconv>
@@ -48,13 +48,12 @@ class PlanJob {
     if (run_.fresh) discard_run(run_.store);
     if (read_run_plan(run_.store))
       throw UsageError(
-          fmt::format("`{}.run` holds an unfinished run of one process: the command that began "
-                      "it continues it, --fresh discards it",
+          fmt::format("`{}.run` holds an unfinished run of one process: repeat the command that began "
+                      "it, or discard it with --fresh",
                       run_.store));
     if (read_run_array(run_.store))
       throw UsageError(fmt::format(
-          "`{}.run` is planned already: `meander status` tells how far it is, --fresh discards it",
-          run_.store));
+          "`{}.run` is planned already: see `meander status`, or discard it with --fresh", run_.store));
     const std::vector<double> costs = costs_of(inputs.items);
     const std::size_t count = shards(costs);
     RunArray array{arguments_,
@@ -84,8 +83,7 @@ class PlanJob {
     check_run_outputs(run_.store, run_.fresh, read);
     if (!run_.fresh && fs::exists(run_.store))
       throw UsageError(fmt::format(
-          "`{}` exists: `meander run` with these inputs brings it up to date, --fresh replaces it",
-          run_.store));
+          "`{}` exists: bring it up to date with `meander run`, or replace it with --fresh", run_.store));
   }
 
   std::vector<double> costs_of(const std::vector<PlanItem>& items) const {
@@ -111,7 +109,7 @@ class PlanJob {
     return count;
   }
 
-  // Before anything is written: a path may be one that the scheduler cannot name.
+  // Made before anything is written, since the scheduler may not be able to name a path.
   std::string script_of(const RunArray& array) const {
     if (options_.emit.empty()) return {};
     return array_script(options_.emit, {running_program(), fs::absolute(run_.store), array.shards.size(),
@@ -159,7 +157,7 @@ JobFunction add_plan_job(Command& program, const Laboratory* laboratory, std::ve
     if (options->run.store.empty()) throw UsageError("--output is required");
     const int threads = options->run.threads;
     resolve_run_options(options->run, *texts, laboratory);
-    options->run.threads = threads;  // of a task, not of this command
+    options->run.threads = threads;  // those of a task, not of this command
     return PlanJob(*options, arguments, laboratory).run();
   };
 }

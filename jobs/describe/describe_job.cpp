@@ -1,4 +1,4 @@
-// meander describe: more descriptors for a finished store, without sampling again.
+// meander describe adds descriptors to a finished store without sampling again.
 #include <fmt/format.h>
 #include <oneapi/tbb/global_control.h>
 
@@ -62,7 +62,7 @@ struct DescribeSummary {
   double seconds = 0;
 };
 
-// Nothing failed where the status is ok: the model has no such descriptor.
+// With the status ok nothing failed: the model has no such descriptor.
 std::string_view kind_of(const Failure& problem) {
   return problem.status == Status::ok ? "incomplete" : name_of(problem.status);
 }
@@ -129,7 +129,7 @@ void add_earlier_problems(const StoreReader& store, const Describer& describer,
   }
 }
 
-// Rows are described in two rounds: with their meshes, and those that failed again without.
+// Rows are described in two rounds: first with their meshes; those that failed, again without.
 enum class Round { with_meshes, with_points };
 
 class DescribeJob {
@@ -186,12 +186,12 @@ class DescribeJob {
                                        : stages_with_points(describer_, store, failed);
   }
 
-  // Rows that were in flight when an earlier process died, as `run` looks at them.
+  // Tries rows that were in flight when an earlier process died, as `run` does.
   void try_suspects() {
     GraphParameters parameters;
     parameters.sample = describer_.points;
     parameters.timeout_seconds = options_.timeout_seconds;
-    std::optional<StoreReader> own;  // a file offset is shared with the parent, which has checked the file
+    std::optional<StoreReader> own;  // not that of the parent, with which the child would share an offset
     const StageHook hook = [&](GraphStages& stages) {
       stages = stages_of(first_round(), own.emplace(options_.store, StoreCheck::none, options_.rows));
     };
@@ -255,7 +255,7 @@ class DescribeJob {
     return {rows, bytes};
   }
 
-  // The rows of one journal after those of another. False when stopped.
+  // Describes the rows in stretches of one journal each. False when stopped.
   bool describe_all(Round round) {
     constexpr std::uint64_t stretch = 4096;
     for (std::uint64_t begin = 0; begin < header_.ids.size(); begin += stretch) {
@@ -270,7 +270,7 @@ class DescribeJob {
           if (std::optional<PlanItem> item = plan_of(row, round)) plan.push_back(std::move(*item));
         }
       }
-      // More than the budget is refused when the file has been read and its size is certain.
+      // A model beyond the budget is refused once its file has been read and its size is certain.
       if (round == Round::with_meshes)
         reserve_described(plan, describer_.meshes, options_.threads,
                           options_.allow_oversize ? ~std::uint64_t{0} : options_.model_bytes);
@@ -285,9 +285,9 @@ class DescribeJob {
     parameters.sample = describer_.meshes;
     parameters.threads = options_.threads;
     parameters.memory_bytes = options_.model_bytes;
-    // Rows without their meshes must get through: their descriptors have a limit of their own.
+    // Rows without their meshes must get through; their descriptors have their own limit.
     parameters.timeout_seconds = round == Round::with_meshes ? options_.timeout_seconds : 0;
-    parameters.allow_oversize = true;  // what is too large was refused in front of the graph's own measures
+    parameters.allow_oversize = true;  // the stages themselves refuse what is too large
     GraphStages stages = stages_of(round, *store_);
     for (GraphStage& stage : stages)
       stage.body = [this, body = std::move(stage.body)](GraphItem& item) { run_or_stop(body, item); };

@@ -1,4 +1,4 @@
-// meander info: what a store holds, as a whole or for one item.
+// meander info shows what a store holds, as a whole or for one item.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -33,7 +33,7 @@ struct InfoOptions {
   StoreCheck check = StoreCheck::every_byte;
 };
 
-// The numbers of what is counted under each name, as an object.
+// Writes the count of each name as an object.
 template <class Names, class Counts>
 void write_counts(JsonWriter& json, const char* name, const Names& names, const Counts& counts) {
   json.object(name, [&] {
@@ -41,14 +41,14 @@ void write_counts(JsonWriter& json, const char* name, const Names& names, const 
   });
 }
 
-// The same as lines of text, without zeros.
+// Prints the counts that are not zero, a line each.
 template <class Names, class Counts>
 void print_counts(std::string_view what, const Names& names, const Counts& counts, std::size_t first = 0) {
   for (std::size_t i = first; i < names.size(); ++i)
     if (counts[i] > 0) fmt::print("  {}{:<{}}{:>10}\n", what, names[i], 20 - what.size(), counts[i]);
 }
 
-// Attributes and texture coordinates that the item lacks.
+// The attributes and texture coordinates that the item lacks.
 std::vector<std::string> lacking_columns(const StoreColumns& columns, const ItemReport& report) {
   std::vector<std::string> lacking;
   for (std::size_t bit = 0; bit < columns.chosen_count(); ++bit)
@@ -56,7 +56,7 @@ std::vector<std::string> lacking_columns(const StoreColumns& columns, const Item
   return lacking;
 }
 
-// The names behind the classes of the item, by attribute; those that cannot be read are none.
+// The names of the item's classes by attribute; empty if they cannot be read.
 std::vector<std::pair<std::string, std::vector<std::string>>> class_names(const StoreReader& store,
                                                                           std::uint64_t row) {
   std::vector<std::pair<std::string, std::vector<std::string>>> all;
@@ -136,11 +136,11 @@ int show_item(const StoreReader& store, const InfoOptions& options) {
   fmt::print("  method            {}\n", name_of(r.method));
   if (r.order_reason != OrderReason::as_asked)
     fmt::print("  order             {}\n", name_of(r.order_reason));
-  const bool is_mesh = store.columns().rows == RowKind::meshes;  // of a parametric surface no more is known
+  const bool is_mesh = store.columns().rows == RowKind::meshes;  // less is known of a parametric surface
   if (is_mesh) {
     fmt::print("  vertices, faces   {}, {}\n", r.vertices, r.faces);
     if (r.status == Status::ok && r.components == 0)
-      fmt::print("  topology          not looked for (--topology none)\n");
+      fmt::print("  topology          not computed (--topology none)\n");
     else
       fmt::print("  topology          {} component(s), genus {}, {} boundary loop(s)\n", r.components,
                  r.genus, r.boundaries);
@@ -177,7 +177,7 @@ int show_item(const StoreReader& store, const InfoOptions& options) {
   return exit_done;
 }
 
-// The program that computed a descriptor: of the samples, unless another one added it.
+// The version of the program that computed a descriptor: that of the samples, unless another one added it.
 std::string made_by(const StoreReader& store, const DescriptorSchema& descriptor) {
   for (const auto& [name, text] : descriptor.attributes)
     if (name == "tool_version") return text;
@@ -258,16 +258,16 @@ int info(const InfoOptions& options) {
 }  // namespace
 
 JobFunction add_info_job(Command& program) {
-  Command command = program.add_subcommand("info", "What a store holds, as a whole or for one item");
+  Command command = program.add_subcommand("info", "Show what a store holds, as a whole or for one item");
   auto options = std::make_shared<InfoOptions>();
   command.add_option("STORE", options->store, "The store").required();
-  command.add_option("ITEM", options->item, "An id or a row number: everything about this item");
+  command.add_option("ITEM", options->item, "An id or a row number: show everything about this item");
   command.add_flag("--failed", options->failed, "One line per failed item: id: status: reason");
   command.add_flag("--json", options->json, "As JSON");
   add_trust_option(command, options->check);
   return [options] {
     if (options->failed && (options->json || !options->item.empty()))
-      throw UsageError("--failed lists all failed items as text: leave ITEM and --json out");
+      throw UsageError("--failed prints all failed items as text: leave ITEM and --json out");
     return info(*options);
   };
 }

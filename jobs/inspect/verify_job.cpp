@@ -1,4 +1,4 @@
-// meander verify: checks a store completely.
+// meander verify checks a store completely.
 #include <fmt/format.h>
 
 #include <filesystem>
@@ -25,7 +25,7 @@ struct VerifyOptions {
 int verify(const VerifyOptions& options) {
   warn_of_unfinished_run(options.store);
   if (!std::filesystem::is_regular_file(options.store))
-    throw UsageError(fmt::format("{} is not a store: it is not a regular file", options.store));
+    throw UsageError(fmt::format("`{}` is not a store: it is not a regular file", options.store));
   const VerifyResult result = verify_store(options.store, options.limit);
   if (options.json) {
     fmt::print("{}\n", json_object([&](JsonWriter& json) {

@@ -1,4 +1,4 @@
-// meander retrieve: similar models of a store by their descriptors, and how well that finds classes.
+// meander retrieve searches a store for similar models by their descriptors, and evaluates the search.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -56,7 +56,7 @@ void check_outputs(const EvaluateOptions& options) {
 
 // ---- evaluate --------------------------------------------------------------------------------------------
 
-// The nearest models to a query, of its class and of any.
+// The models nearest to a query: of all, and of its class.
 struct NearestModels {
   NearRow any, own;
   bool has_own = false;
@@ -76,12 +76,13 @@ NearestModels nearest_models(const RetrievalTask& task, std::size_t query, std::
   return result;
 }
 
-// What of the command needs all distances, or all scores, and cannot be had from a part.
+// Refuses outputs that need all distances or all scores when only a part is computed.
 void check_parts(const EvaluateOptions& options) {
   const bool writes = !options.scores_file.empty(), reads = !options.score_files.empty();
   if (options.shard.empty() == writes)
     throw UsageError(
-        "--shard i/n and --write-scores FILE belong together: the scores of one part of the queries");
+        "--shard i/n and --write-scores FILE go together: give both, for the scores of one part of the "
+        "queries");
   if (writes && reads) throw UsageError("--write-scores and --read-scores exclude each other");
   const std::vector<std::pair<const char*, bool>> given = {
       {"--matrix", !options.matrix.empty()},   {"--html", !options.html.empty()},
@@ -93,8 +94,8 @@ void check_parts(const EvaluateOptions& options) {
                                    writes ? "the scores of all queries" : "all distances"));
 }
 
-// Of the queries [begin, end), whose distances go to `matrix` where it is one. nearest: empty, or one for
-// each row, filled in for those that are scored.
+// Scores the queries [begin, end) and appends their distances to `matrix` unless it is null. nearest: empty,
+// or one for each row, which is filled in for scored queries.
 std::vector<QueryScores> score_queries(const RetrievalBase& base, const RetrievalTask& task,
                                        std::size_t begin, std::size_t end, AtomicFile* matrix = nullptr,
                                        std::span<NearestModels> nearest = {}) {
@@ -127,7 +128,7 @@ int write_part(const EvaluateOptions& options, const RetrievalBase& base, const 
                  json.member("end", end);
                }));
   } else {
-    fmt::print("{}: scores of {} of {} queries, from number {} on; --read-scores puts all parts together\n",
+    fmt::print("{}: scores of {} of {} queries, from number {} on; --read-scores joins all parts\n",
                options.scores_file, end - begin, n, begin);
   }
   return exit_done;
@@ -144,7 +145,7 @@ RetrievalSummary evaluate_base(const RetrievalBase& base, const RetrievalTask& t
   return summarise(task, queries, with_confusion);
 }
 
-// Which rows of the store the lines of the matrix are.
+// Writes which row of the store each line of the matrix is.
 void write_matrix_ids(const std::string& path, const StoreReader& store, const RetrievalBase& base) {
   Table table{{{"position"}, {"row"}, {"id"}, {"label"}}, {}};
   for (std::size_t i = 0; i < base.rows.size(); ++i)
@@ -174,7 +175,7 @@ Table score_table(const RetrievalBase& base, const RetrievalTask& task, const Re
     if (task.scored[c])
       table.rows.push_back(score_cells(base.classes[c], models, summary.by_class[c]));
     else
-      table.rows.push_back({base.classes[c], models});  // no scores
+      table.rows.push_back({base.classes[c], models});  // a class without scores
   }
   return table;
 }
@@ -238,7 +239,7 @@ Table confusion_table(const StoreReader& store, const RetrievalBase& base, const
   return table;
 }
 
-// A row of the table of settings; milliseconds where the run of the store made this descriptor alone.
+// Adds a row to the table of settings. milliseconds: known if the run of the store made only this descriptor.
 void add_setting(EvaluationPage& page, const std::string& distance, const RetrievalBase& base,
                  const RetrievalSummary& summary, const TableCell& milliseconds) {
   const std::string name = joined(base.terms);
@@ -248,7 +249,7 @@ void add_setting(EvaluationPage& page, const std::string& distance, const Retrie
   page.curves.emplace_back(distance == "l1" ? name : name + ", " + distance, summary.micro);
 }
 
-// Every descriptor of the store on its own, after the setting that is evaluated.
+// Adds every descriptor of the store on its own, after the setting that is evaluated.
 void add_descriptors(const EvaluateOptions& options, const StoreReader& store, const std::string& setting,
                      const TableCell& milliseconds, EvaluationPage& page) {
   for (const DescriptorSchema& schema : store.descriptors()) {
@@ -263,7 +264,7 @@ void add_descriptors(const EvaluateOptions& options, const StoreReader& store, c
                                                     options.classes);
       const RetrievalTask task = labelled_task(base, options.psb_compat);
       add_setting(page, distance, base, evaluate_base(base, task, {}, false), milliseconds);
-    } catch (const UsageError& error) {  // too few rows have it: the page tells
+    } catch (const UsageError& error) {  // too few rows have it: the page says so
       page.notes.push_back(fmt::format("{}: {}.", schema.name, error.what()));
     }
   }
@@ -292,7 +293,7 @@ void write_html(const EvaluateOptions& options, const Laboratory& laboratory, co
   add_score_columns(page.settings.columns);
   add_setting(page, options.distance, base, summary, alone);
   add_descriptors(options, store, joined(base.terms), alone, page);
-  if (alone.kind == CellKind::empty) {  // nothing is known of a single descriptor
+  if (alone.kind == CellKind::empty) {  // no time is known for a single descriptor
     page.settings.columns.erase(page.settings.columns.begin() + milliseconds_column);
     for (std::vector<TableCell>& row : page.settings.rows) row.erase(row.begin() + milliseconds_column);
   }
@@ -321,7 +322,7 @@ int evaluate(const EvaluateOptions& options, const Laboratory* laboratory) {
   if (!options.scores_file.empty()) return write_part(options, base, task);
   const bool draws_confusion = !options.confusion.empty(), makes_page = !options.html.empty();
   if (draws_confusion && base.classes.size() > max_drawn_classes)
-    throw UsageError(fmt::format("--confusion draws up to {} classes: there are {}", max_drawn_classes,
+    throw UsageError(fmt::format("--confusion draws up to {} classes, but there are {}", max_drawn_classes,
                                  base.classes.size()));
   std::vector<NearestModels> nearest(makes_page ? base.rows.size() : 0);
   const bool with_confusion = draws_confusion || (makes_page && base.classes.size() <= max_drawn_classes);
@@ -376,27 +377,27 @@ JobFunction add_retrieve_job(Command& program, const Laboratory* laboratory) {
   add_compare_options(judge, *options);
   judge.add_option("--classes", options->classes,
                    "Princeton .cla file (default: the labels of the store); it orders the rows of --matrix");
-  judge.add_flag(
-      "--psb-compat", options->psb_compat,
-      "Rules of psbTable: ties in row order; tiny and miscellaneous classes are left out of averages");
-  judge.add_flag("--per-class", options->per_class, "Scores of every class, also in the picture");
+  judge.add_flag("--psb-compat", options->psb_compat,
+                 "Rules of psbTable: ties in row order; averages leave tiny and miscellaneous classes out");
+  judge.add_flag("--per-class", options->per_class,
+                 "Print the scores of every class, and draw them in the picture");
   judge.add_option(
       "--matrix", options->matrix,
-      "Write all distances to this file: N x N float32 in row order, no header; FILE.ids.csv says "
-      "which row and id each is");
+      "Write all distances to this file: N x N float32 in row order, no header; FILE.ids.csv has the row and "
+      "the id of each line");
   judge.add_option("--picture", options->picture, "Plot precision over recall to this SVG file");
   judge.add_option(
       "--confusion", options->confusion,
       "Draw the confusion matrix (class of the query, class of the nearest model) to this SVG or PNG file");
   judge.add_option(
       "--html", options->html,
-      "Write a page with all of this to this file: also every descriptor of the store on its own, and "
-      "the worst confusions");
+      "Write a page with all of this to this file, and with every descriptor of the store on its own and the "
+      "worst confusions");
   judge.add_option("--shard", options->shard,
-                   "Score part i of n of the queries alone, from 0/n, into the file of --write-scores");
-  judge.add_option("--write-scores", options->scores_file, "Where the scores of --shard go");
+                   "Score only part i of n of the queries, from 0/n, into the file of --write-scores");
+  judge.add_option("--write-scores", options->scores_file, "Write the scores of --shard to this file");
   judge.add_option("--read-scores", options->score_files,
-                   "Files of --write-scores with all parts: no distance is computed again");
+                   "Read all parts from files of --write-scores instead of computing distances");
   const JobFunction select = add_select_command(command);
   return [options, laboratory, command, query, select] {
     if (command.chose("query")) return query();

@@ -35,12 +35,12 @@ constexpr Word<SettingCriterion> criterion_words[] = {{"nn+ft", SettingCriterion
 struct SelectOptions {
   std::string store, classes, criterion = "nn+ft", csv, weights = "learnt", memory = "4G";
   std::vector<std::string> descriptors, distances;  // empty: all
-  std::uint32_t most = 0, show = 20;                // most: 0: as many as are bearable
+  std::uint32_t most = 0, show = 20;                // most: 0: as many as leave max_combinations
   bool psb_compat = false, json = false;
   StoreCheck check = StoreCheck::every_byte;
 };
 
-// Settings with their scores, the best of them, and the choice of each class by the others.
+// Settings with their scores, the best of them, and the setting that the other classes choose for each class.
 struct ScoredSettings {
   std::vector<std::string> descriptor, distance;
   std::vector<RetrievalSummary> summaries;
@@ -57,11 +57,11 @@ struct ScoredSettings {
 
 struct Selection {
   SettingCriterion criterion = SettingCriterion::nearest_and_first_tier;
-  ScoredSettings given;                  // one distance after the other within a combination
-  std::vector<std::size_t> chosen;       // of these, for how many classes
-  std::size_t skipped = 0;               // combinations under distances that do not fit them
+  ScoredSettings given;                  // by combination, then by distance
+  std::vector<std::size_t> chosen;       // for each of these, by how many classes it is chosen
+  std::size_t skipped = 0;               // combinations with a distance that does not fit
   std::optional<ScoredSettings> learnt;  // with weights
-  // Where a class that had no say is found better with learnt weights, or as well, those; else given.best.
+  // Whether learned weights find classes that had no part in the choice at least as well as given.best.
   bool recommends_learnt() const {
     return learnt && criterion_of(learnt->left_out.scores.micro, criterion) >=
                          criterion_of(given.left_out.scores.micro, criterion);
@@ -74,7 +74,7 @@ constexpr std::size_t max_combinations = 1023;       // all subsets of ten
 constexpr std::size_t scored_at_once = 256;          // for the memory of their scores
 constexpr std::uint64_t setting_bytes = 100 * 1024;  // of the scores of a combination, see score_combinations
 
-// What is combined: names, and the combinations as indices into them.
+// The names of descriptors, and their combinations as indices into the names.
 struct Combinations {
   std::vector<std::string> names;
   std::vector<BlockCombination> list;
@@ -99,8 +99,8 @@ Combinations listed_combinations(const std::vector<std::string>& texts) {
   return result;
 }
 
-// How many of `count` histograms a combination may have: `most`, or, where that is 0, as many as leave no
-// more than max_combinations.
+// The maximum number of the `count` histograms in a combination: `most`, or, if that is 0, the largest number
+// with no more than max_combinations.
 std::uint32_t largest_combination(std::uint32_t count, std::uint32_t most) {
   std::size_t all = 0, of_size = 1;
   for (std::uint32_t size = 1; size <= count && (most == 0 || size <= most); ++size) {
@@ -109,14 +109,14 @@ std::uint32_t largest_combination(std::uint32_t count, std::uint32_t most) {
     if (all <= max_combinations) continue;
     if (most == 0 && size > 1) return size - 1;
     throw UsageError(fmt::format(
-        "{} descriptors have more than {} combinations of up to {}: take a smaller --most, or list "
-        "some with --descriptors",
+        "{} descriptors have more than {} combinations of up to {}: give a smaller --most, or list some with "
+        "--descriptors",
         count, max_combinations, size));
   }
   return most == 0 ? count : std::min(most, count);
 }
 
-// All sets of up to `most` histograms, small ones first.
+// All sets of up to `most` histograms, smaller sets first.
 Combinations all_combinations(const StoreReader& store, std::uint32_t most) {
   Combinations result;
   for (const DescriptorSchema& schema : store.descriptors())
@@ -125,7 +125,8 @@ Combinations all_combinations(const StoreReader& store, std::uint32_t most) {
                     [](const auto& attribute) { return attribute.first == "bins"; }))
       result.names.push_back(schema.name);
   if (result.names.empty())
-    throw UsageError("the store has no histogram descriptors: name what to compare with --descriptors");
+    throw UsageError(
+        "the store has no histogram descriptors: name the descriptors to compare with --descriptors");
   const auto count = static_cast<std::uint32_t>(result.names.size());
   const std::uint32_t largest = largest_combination(count, most);
   for (std::uint32_t size = 1; size <= largest; ++size) {
@@ -144,18 +145,18 @@ Combinations all_combinations(const StoreReader& store, std::uint32_t most) {
   return result;
 }
 
-// Everything that is tried under one distance; blocks are names of the combinations.
+// The settings that are tried with one distance; blocks are names of the combinations.
 struct DistanceTrial {
   std::string distance;
-  std::vector<std::size_t> tried;           // combinations that the distance fits
-  std::vector<RetrievalSummary> summaries;  // of these
-  std::vector<RatedSetting> rated;          // the same
+  std::vector<std::size_t> tried;           // the combinations that fit the distance
+  std::vector<RetrievalSummary> summaries;  // of each of these
+  std::vector<RatedSetting> rated;          // of each of these
   LearntWeights learnt;
-  std::vector<BlockCombination> visited;  // distinct ones that were learnt
+  std::vector<BlockCombination> visited;  // the distinct combinations with learned weights
   std::vector<RetrievalSummary> of_visited;
 };
 
-// The blocks of one base are those of the names that fit its distance.
+// Translates between names and the blocks of one base, which are those of the names that fit its distance.
 class DistanceBlocks {
  public:
   DistanceBlocks(const StoreReader& store, const Combinations& combinations, DistanceKind kind) {
@@ -220,7 +221,8 @@ void learn(const RetrievalBase& base, const RetrievalTask& task, SettingCriterio
   });
 }
 
-// One base at a time. `base` and `task` are those of the last distance: the rows are the same for all.
+// Tries one distance, and one base, after the other. `base` and `task` are left as those of the last
+// distance; the rows are the same for all.
 std::vector<DistanceTrial> tried_distances(const SelectOptions& options, const StoreReader& store,
                                            const Combinations& combinations, RetrievalBase& base,
                                            RetrievalTask& task) {
@@ -257,7 +259,8 @@ std::vector<DistanceTrial> tried_distances(const SelectOptions& options, const S
                               options.classes);
     task = labelled_task(base, options.psb_compat);
     if (std::count(task.scored.begin(), task.scored.end(), 1) < 2)
-      throw UsageError("one class cannot be left out: only one has enough models to be scored");
+      throw UsageError(
+          "leaving one class out needs two classes with enough models to be scored: there is one");
     trial.summaries = score_combinations(base.base, task, fitting);
     for (std::size_t s = 0; s < fitting.size(); ++s)
       trial.rated.push_back({fitting[s].size(), criterion_by_class(trial.summaries[s], criterion)});
@@ -268,8 +271,8 @@ std::vector<DistanceTrial> tried_distances(const SelectOptions& options, const S
   return trials;
 }
 
-// Under every distance a course of the search chooses among all combinations and what it learnt, the simplest
-// of those that are as good as the best (simplest_setting).
+// Chooses among all combinations with every distance and those with learned weights: the simplest setting
+// that is as good as the best (simplest_setting).
 class LearntChoice {
  public:
   LearntChoice(const Combinations& combinations, const RetrievalTask& task,
@@ -289,7 +292,8 @@ class LearntChoice {
   template <class CourseOf>
   std::size_t choose(std::size_t without, const CourseOf& course_of) {
     std::vector<const RatedSetting*> rated;
-    std::vector<std::pair<const DistanceTrial*, std::size_t>> from;  // beyond those tried: of the course
+    std::vector<std::pair<const DistanceTrial*, std::size_t>>
+        from;  // numbers beyond those tried: of the course
     for (const DistanceTrial& trial : trials_) {
       for (std::size_t s = 0; s < trial.rated.size(); ++s) {
         rated.push_back(&trial.rated[s]);
@@ -325,9 +329,9 @@ class LearntChoice {
   ScoredSettings result_;
 };
 
-// Scores all combinations that the options name under all their distances, and searches weights if they ask
-// for that. Fills in the base, without what is compared, and the task: rows and classes. Throws UsageError
-// and RunError. Memory: one base at a time, see load_labelled_base.
+// Scores all combinations of the options with all their distances, and searches weights if they ask for it.
+// Fills in the rows and classes of the base and the task. Throws UsageError and RunError. Memory: one base at
+// a time, see load_labelled_base.
 Selection selection_of(const SelectOptions& options, const StoreReader& store, RetrievalBase& base,
                        RetrievalTask& task) {
   const Combinations combinations = options.descriptors.empty() ? all_combinations(store, options.most)
@@ -355,7 +359,7 @@ Selection selection_of(const SelectOptions& options, const StoreReader& store, R
 
 // ---- the tables -------------------------------------------------------------------------------------------
 
-// The best first; equal ones in their order.
+// All settings, the best first; equal ones keep their order.
 Table settings_table(const Selection& selection) {
   const ScoredSettings& settings = selection.given;
   Table table{{{"descriptor"}, {"distance"}}, {}};
@@ -397,7 +401,7 @@ Table left_out_table(const ScoredSettings& settings, const RetrievalBase& base, 
   return table;
 }
 
-// What the choice among all classes is, and what it is worth for a class that had no say.
+// The setting that all classes choose, and the scores of classes with the setting that the others choose.
 Table choice_table(const Selection& selection) {
   Table table{{{"weights"}, {"chosen by"}, {"descriptor"}, {"distance"}}, {}};
   add_score_columns(table.columns);
@@ -455,24 +459,25 @@ void print_text(const SelectOptions& options, const Selection& selection, const 
   const RetrievalSummary& scores = selection.given.left_out.scores;
   fmt::print("{} models, {} queries of {} classes; {} settings", base.rows.size(), scores.queries,
              scores.classes, all.rows.size());
-  if (selection.skipped > 0) fmt::print(" ({} more have a distance that does not fit)", selection.skipped);
+  if (selection.skipped > 0) fmt::print(" ({} more skipped: their distance does not fit)", selection.skipped);
   const std::string missing = left_out_text(base);
   fmt::print("\n{}", missing.empty() ? "" : "left out: " + missing + "\n");
   fmt::print("rules: {}\n", rules_text(options.psb_compat));
   const std::size_t shown =
       options.show == 0 ? all.rows.size() : std::min<std::size_t>(options.show, all.rows.size());
-  fmt::print("\nall queries, best {} first{}; classes: for how many it is chosen below\n", options.criterion,
+  fmt::print("\nall queries, best {} first{}; classes: how many classes choose it below\n", options.criterion,
              shown < all.rows.size() ? fmt::format(" ({} of {})", shown, all.rows.size()) : "");
   all.rows.resize(shown);
   fmt::print("{}", text_table(all));
-  fmt::print("\nleaving one class out: every class with the setting that is best for the others\n{}",
-             text_table(left_out_table(selection.given, base, task)));
+  fmt::print(
+      "\nleaving one class out: every class is scored with the setting that is best for the others\n{}",
+      text_table(left_out_table(selection.given, base, task)));
   if (selection.learnt)
     fmt::print(
-        "\nthe same with weights that are learnt from the others: the fewest descriptors that are as good as "
-        "the best\n{}",
+        "\nthe same with weights learned from the others: the fewest descriptors that are as good as the "
+        "best\n{}",
         text_table(left_out_table(*selection.learnt, base, task)));
-  fmt::print("\nchoices, scored over all queries; those by the other classes had no say in their own\n{}",
+  fmt::print("\nchoices, scored over all queries; a class has no part in a choice by the other classes\n{}",
              text_table(choice_table(selection)));
   const ScoredSettings& recommended = selection.recommends_learnt() ? *selection.learnt : selection.given;
   fmt::print("\nrecommended: --descriptor {} --distance {}\n", recommended.descriptor[recommended.best],
@@ -511,10 +516,10 @@ JobFunction add_select_command(Command& retrieve) {
                       "(default: all combinations of the store's histograms)")
           .separator(',');
   command
-      .add_option(
-          "--most", options->most,
-          "Most descriptors in a combination of the default, 1 to 10 (default: as many as leave 1,023 "
-          "combinations or fewer)")
+      .add_option("--most", options->most,
+                  "Maximum number of descriptors in a combination, 1 to 10, without --descriptors (default: "
+                  "as many as "
+                  "give 1,023 combinations or fewer)")
       .range(1, 10)
       .excludes(listed);
   command
@@ -523,19 +528,18 @@ JobFunction add_select_command(Command& retrieve) {
       .separator(',')
       .one_of(all_words(distance_words));
   command
-      .add_option("--criterion", options->criterion, "Score that decides; nn+ft: mean of NN and first tier")
+      .add_option("--criterion", options->criterion, "Score to choose by; nn+ft: mean of NN and first tier")
       .show_default()
       .one_of(all_words(criterion_words));
   command
       .add_option("--weights", options->weights,
-                  "learnt: also search weights of the descriptors, by classes that are not scored with them")
+                  "learnt: also search weights of the descriptors, on classes that are not scored with them")
       .show_default()
       .one_of({"given", "learnt"});
   command.add_option("--memory", options->memory, "Limit of the memory of the whole process").show_default();
   command.add_option("--classes", options->classes, "Princeton .cla file (default: the labels of the store)");
-  command.add_flag(
-      "--psb-compat", options->psb_compat,
-      "Rules of psbTable: ties in row order; tiny and miscellaneous classes are left out of averages");
+  command.add_flag("--psb-compat", options->psb_compat,
+                   "Rules of psbTable: ties in row order; averages leave tiny and miscellaneous classes out");
   command.add_option("--show", options->show, "Settings to print (0: all); files always contain all")
       .show_default();
   command.add_flag("--json", options->json, "Print the results as JSON");

@@ -70,7 +70,7 @@ class OpenArchives {
 
 double estimated_seconds(std::uint64_t bytes, const SampleParameters& parameters) {
   constexpr double an_item = 1e-3, a_sample = 0.4e-6;
-  // Measured over collections of OFF and OBJ files, some 30 bytes a face.
+  // Measured on collections of OFF and OBJ files with some 30 bytes per face.
   const double a_byte = parameters.method == MethodChoice::anisotropic ? 1e-7
                         : method_of(parameters).makes_charts           ? 4e-8
                                                                        : 1.2e-8;
@@ -91,7 +91,7 @@ std::vector<ArrayShard> cut_into_shards(std::span<const double> costs, std::size
       double cost = 0;
       const std::uint64_t end = std::min<std::uint64_t>(row + block, costs.size());
       for (std::uint64_t r = row; r < end; ++r) cost += costs[r];
-      // Blocks go where they miss the share least.
+      // A block goes to the shard whose cost it brings closer to its share.
       const bool last = s + 1 == shards;
       if (!last && shard.cost > 0 && shard.cost + 0.5 * cost > share) break;
       shard.cost += cost;
@@ -128,7 +128,7 @@ std::vector<std::size_t> tasks_of_shards(std::span<const std::size_t> ascending,
 
 namespace {
 
-// Gaps of up to `closed` numbers count as no gap.
+// Gaps of up to `closed` numbers are closed.
 std::string expression_over_gaps(std::span<const std::size_t> ascending, std::size_t closed) {
   std::string text;
   for (std::size_t i = 0; i < ascending.size();) {
@@ -191,7 +191,7 @@ std::vector<PlanItem> read_shard_items(const fs::path& folder, const StoreHeader
     item.row = items.size() - 1;
     item.id = json.text("id").value_or("");
     if (item.row >= header.ids.size() || item.id != header.ids[item.row])
-      refuse_items(path, fmt::format("line {} is not of the item that the plan has", items.size()));
+      refuse_items(path, fmt::format("line {} does not match the item of the plan", items.size()));
     item.path = unescape_id(json.text("path").value_or(""));
     if (const auto archive = json.text("archive"))
       item.packed = archives.find(unescape_id(*archive), unescape_id(json.text("inner").value_or("")),
@@ -200,7 +200,7 @@ std::vector<PlanItem> read_shard_items(const fs::path& folder, const StoreHeader
     item.known_format = known == json.members().end() || known->second != "false";
     const std::int64_t format = json.integer("format").value_or(0);
     if (format < 0 || format > static_cast<std::int64_t>(MeshFormat::gltf))
-      refuse_items(path, fmt::format("line {} has the format {}, which is none", items.size(), format));
+      refuse_items(path, fmt::format("line {} has the unknown format {}", items.size(), format));
     item.format = static_cast<MeshFormat>(format);
     item.folders_above = static_cast<std::uint32_t>(
         std::clamp<std::int64_t>(json.integer("folders_above").value_or(1), 0, 65535));
@@ -209,7 +209,7 @@ std::vector<PlanItem> read_shard_items(const fs::path& folder, const StoreHeader
     item.label = header.labels[item.row];
     item.split = header.split(item.row);
   }
-  if (items.size() != header.ids.size()) refuse_items(path, "items are missing at its end");
+  if (items.size() != header.ids.size()) refuse_items(path, "it ends too early");
   return items;
 }
 
@@ -217,17 +217,17 @@ void add_plan_command(Command& program, PlanOptions& options, RunOptionTexts& te
   Command command = program.add_subcommand("plan", "Divide a run among many processes or machines");
   add_store_options(command, options.run, texts);
   Command array = command.under("Array");
-  array.add_option("--shards", options.shards, "How many tasks: a number, or auto").show_default();
+  array.add_option("--shards", options.shards, "Number of shards, or auto: by --per-shard-minutes")
+      .show_default();
   array
       .add_option("--per-shard-minutes", options.minutes_per_shard,
-                  "What auto aims at, on the threads of -j (default 1), 0.01 to 10000")
+                  "Minutes that auto aims at per shard, on the threads of -j (default 1), 0.01 to 10000")
       .show_default()
       .range(0.01, 10000.0);
   array
-      .add_option(
-          "--max-array", options.max_tasks,
-          "Tasks that an array may have (Slurm: MaxArraySize); where there are more shards, each task "
-          "does several")
+      .add_option("--max-array", options.max_tasks,
+                  "Maximum number of tasks of an array (Slurm: MaxArraySize); with more shards, each task "
+                  "does several")
       .show_default()
       .range(std::uint64_t{1}, std::uint64_t{4000001});
   array

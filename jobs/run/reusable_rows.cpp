@@ -45,12 +45,12 @@ std::optional<CopiedRow> ReusableRows::find(const std::array<std::uint8_t, 32>& 
   if (at == rows_.end()) return std::nullopt;
   try {
     CopiedRow found = store_.copy_row(at->second);
-    // Once to see that it can be read, some blocks at a time: while it is written it would be too late.
+    // The row is read once, some blocks at a time: a failure while it is written would come too late.
     constexpr std::uint64_t step = 1 << 18;
     for (std::uint64_t begin = 0; found.blocks && begin < store_.samples(); begin += step)
       found.blocks(begin, std::min<std::uint64_t>(begin + step, store_.samples()));
     return found;
-  } catch (const RunError&) {  // the disk of the older store fails: sampled anew, the row has the same bytes
+  } catch (const RunError&) {  // the older store cannot be read: the item is sampled, with the same bytes
     return std::nullopt;
   }
 }

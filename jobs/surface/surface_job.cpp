@@ -1,4 +1,4 @@
-// meander surface: samples of parametric surfaces, in a store.
+// meander surface samples parametric surfaces into a store.
 #include <fmt/format.h>
 #include <oneapi/tbb/parallel_pipeline.h>
 #include <oneapi/tbb/task_arena.h>
@@ -59,7 +59,7 @@ bool has_height_fields(const SurfaceOptions& options) {
 }
 constexpr const char* of_height_fields = "applies to height fields, and no surface is a .png file";
 
-// Of the store, and of height fields.
+// The settings of the store and of height fields.
 const StoreSettings& store_settings() {
   static const StoreSettings list = [] {
     StoreSettings made;
@@ -78,7 +78,7 @@ const StoreSettings& store_settings() {
     made.word(
         "compress", "--compress", [](auto& o) -> auto& { return o.compression; }, compression_words,
         "shuffle + deflate + checksum, or checksum only");
-    // The option is one of columns: see add_store_columns_option.
+    // Its option is added by add_store_columns_option.
     made.constant("store", [](const SurfaceOptions& o) { return stored_words(o.columns); })
         .only_recorded([](const SurfaceOptions& o) { return o.columns.left_out != 0; });
     return made;
@@ -106,10 +106,10 @@ struct SurfaceRun {
   Row row;
   std::uint64_t patches = 0, leaves = 0, unresolved_patches = 0, bound_violations = 0;
   double seconds = 0;
-  bool done_before = false;  // by an earlier process: patches and leaves are not known
+  bool done_before = false;  // by an earlier process; patches and leaves are then unknown
 };
 
-// A surface that cannot be sampled is a row with its status, as in `meander run`.
+// Samples a surface; one that cannot be sampled becomes a row with its status, as in `meander run`.
 SurfaceRun sample_one(const std::string& argument, const SurfaceOptions& options,
                       const std::atomic<bool>& stop) {
   SurfaceRun run;
@@ -165,8 +165,8 @@ void print_runs(const std::vector<SurfaceRun>& runs, const SurfaceOptions& optio
     const ItemReport& report = run.row.report;
     if (run.unresolved_patches + run.bound_violations > 0)
       fmt::print(stderr,
-                 "{}: --tolerance was not met: {} of {} patches are too coarse, {} draws exceeded their "
-                 "bound; shares of the surface may have larger errors\n",
+                 "{}: --tolerance was not met: {} of {} patches are too coarse and {} draws exceeded their "
+                 "bound, so parts of the surface may have larger errors\n",
                  run.id, run.unresolved_patches, run.patches, run.bound_violations);
     if (report.status == Status::ok && run.done_before)
       fmt::print("{}: {} points, area {:.9g}, measure {:.9g}, done before\n", run.id, options.sample.samples,
@@ -197,7 +197,7 @@ void check_output(const SurfaceOptions& options) {
 bool sample_rows(const SurfaceOptions& options, const StoreHeader& header, const std::atomic<bool>& stop,
                  RunDirectory& directory, std::vector<SurfaceRun>& runs) {
   using tbb::filter_mode;
-  // Rows under way are held in memory, and pictures with them: of large ones few.
+  // Rows in work are held in memory with their pictures, so few large ones are in work at once.
   constexpr std::uint64_t max_points_held = 1 << 22;
   const bool pictures = std::ranges::any_of(options.surfaces, [](const std::string& surface) {
     return surface_kind(surface) == SurfaceKind::height_field;
@@ -253,7 +253,7 @@ int sample_surfaces(SurfaceOptions& options) {
     header.labels.push_back(-1);
     options.surfaces.push_back(std::move(surface));
     if (header.ids.size() > 1 && header.ids.back() == header.ids[header.ids.size() - 2])
-      throw UsageError("two surfaces have the id `" + header.ids.back() + "`");
+      throw UsageError("two surfaces have the id `" + header.ids.back() + "`: leave one out");
   }
   check_output(options);
   const std::atomic<bool>& stop = catch_stop_signals();

@@ -344,11 +344,11 @@ TEST_CASE("array: what the plan decided cannot be given to a task, and the other
   fails({"run", scene.models.string(), "-o", scene.store.string(), "-n", "40"},
         "divided among many processes");
   fails({"plan", scene.models.string(), "-o", scene.store.string()}, "planned already");
-  fails({"plan", scene.models.string(), "-o", scene.whole.string()}, "brings it up to date");
+  fails({"plan", scene.models.string(), "-o", scene.whole.string()}, "bring it up to date");
   fails({"plan", scene.models.string(), "-o", (scene.scratch / "t.h5").string(), "--shards", "0"},
         "--shards");
-  fails({"status", scene.models.string()}, "no run that");
-  fails({"merge", scene.models.string()}, "no run that");
+  fails({"status", scene.models.string()}, "is not a run that");
+  fails({"merge", scene.models.string()}, "is not a run that");
 }
 
 TEST_CASE("array: rows of an older store are used again") {
@@ -563,7 +563,7 @@ TEST_CASE("merge: finished stores of the same parameters") {
   CHECK(since(merged) == std::min(since(a), since(b)));
   CHECK(contains(meander_with({"merge", a, b, "-o", merged}).err, "--fresh replaces it"));
   CHECK(contains(meander_with({"merge", a, other, "-o", merged, "--fresh"}).err, "other parameters"));
-  CHECK(contains(meander_with({"merge", a, a, "-o", merged, "--fresh"}).err, "ids must differ"));
+  CHECK(contains(meander_with({"merge", a, a, "-o", merged, "--fresh"}).err, "ids must be unique"));
   CHECK(contains(meander_with({"merge", a, b}).err, "-o"));
   CHECK(scene.plan(2).exit_code == 0);
   CHECK(contains(meander_with({"merge", scene.run, "-o", merged, "--fresh"}).err,
