@@ -39,7 +39,7 @@ void draw_frame(RgbImage& sheet, Rgb color, std::uint32_t x, std::uint32_t y, co
 void draw_cell(RgbImage& sheet, const SheetCell& cell, std::uint32_t x, std::uint32_t y,
                const SheetLook& look) {
   if (cell.picture.width == 0 && cell.failure.empty()) {
-    // Nothing belongs here.
+    // An empty cell stays white.
   } else if (cell.picture.width == 0) {
     draw_failure(sheet, cell.failure, x, y, look);
   } else {
@@ -61,7 +61,7 @@ void draw_cell(RgbImage& sheet, const SheetCell& cell, std::uint32_t x, std::uin
 
 double bar_length(const SheetLook& look) { return 20 * look.text_size; }
 
-// Pixels that a legend is wide.
+// The width of a legend in pixels.
 double legend_width(const SheetLegend& legend, const SheetLook& look) {
   const TextStyle style{look.text_size};
   double title = painted_width(legend.title, style);

@@ -28,7 +28,7 @@ void check(cairo_status_t status) {
     throw std::runtime_error(std::string("text cannot be drawn: ") + cairo_status_to_string(status));
 }
 
-// A mask of coverage with the font of the style chosen.
+// A mask of coverage, with the font of the style selected.
 struct Mask {
   Surface surface;
   Context context;

@@ -1,4 +1,4 @@
-// meander measure: quality of point sets of any origin.
+// meander measure measures the quality of point sets of any origin.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -28,9 +28,9 @@ struct Measure {
 constexpr Measure measures[] = {
     {"boxes", "error over random rotated boxes, relative to random points (meshes)", measure_boxes, false,
      true, true},
-    {"rings", "the survey's discrepancy over patches grown ring by ring (meshes)", measure_rings, false, true,
-     true},
-    {"spacing", "nearest-neighbour distances, rho, coverage radius (plane, meshes)", measure_spacing, false,
+    {"rings", "discrepancy over patches grown ring by ring, as Quinn et al. 2013 (meshes)", measure_rings,
+     false, true, true},
+    {"spacing", "nearest-neighbor distances, rho, coverage radius (plane, meshes)", measure_spacing, false,
      false, true},
     {"discrepancy", "over boxes, triangles, quarter circles (plane); caps, triangles (sphere)",
      measure_discrepancy, false, true, true},
@@ -41,7 +41,7 @@ constexpr Measure measures[] = {
     {"differences",
      "differential domain analysis, mean of all sets, of any density or tensor field (plane, meshes)",
      measure_differences, true, false, true},
-    {"distance", "mean, RMS and largest distance between two meshes, in both directions", nullptr, false,
+    {"distance", "mean, RMS and maximum distance between two meshes, in both directions", nullptr, false,
      false, true},
 };
 
@@ -99,7 +99,7 @@ int measure(const MeasureOptions& options) {
 }  // namespace
 
 JobFunction add_measure_job(Command& program) {
-  Command command = program.add_subcommand("measure", "Quality of point sets from any source");
+  Command command = program.add_subcommand("measure", "Measure the quality of point sets from any source");
   auto options = std::make_shared<MeasureOptions>();
   std::vector<std::string> names;
   std::string help = "The measure:";

@@ -25,8 +25,8 @@ namespace {
 
 constexpr SrgbColor plain_color = {196, 62, 28};
 constexpr Rgb quiet_note{120, 120, 120}, warning_note{176, 92, 20};
-// surface_picture, of which draw_splats takes less: nine fine pixels of depth, light, normal, color and
-// nearest disc.
+// The memory of surface_picture, nine fine pixels of depth, light, normal, color and nearest disc for each
+// pixel; draw_splats takes less.
 constexpr std::uint64_t bytes_per_pixel = 9 * 28, bytes_per_triangle = 500, bytes_per_drawn_sample = 250;
 
 std::size_t drawn_count(const Row& row, const ModelLook& look) {
@@ -63,7 +63,7 @@ std::vector<SrgbColor> colors_of(const Row& row, const DensityRange& range, cons
   return colors;
 }
 
-// Discs shrink where the samples are denser.
+// Discs are smaller where the samples are denser.
 std::vector<double> radii_of(const Row& row, double area, const ModelLook& look) {
   const std::size_t count = drawn_count(row, look);
   const double mean_density = row.report.area > 0 ? row.report.measure / row.report.area : 1;
@@ -84,8 +84,8 @@ SurfacePictureParameters surface_look(const ModelLook& look) {
   return parameters;
 }
 
-// Of the surface, but no more than its box has, which no convex surface in it exceeds: where sheets lie upon
-// sheets, discs that count all of them would cover what is seen.
+// The area of the surface, limited to that of its box, which no convex surface in the box exceeds: if sheets
+// lie upon sheets, discs for the area of all of them would cover the visible ones.
 double visible_area(std::span<const double> positions, double area) {
   ViewBox box;
   for (std::size_t k = 0; k + 2 < positions.size(); k += 3)
@@ -95,7 +95,7 @@ double visible_area(std::span<const double> positions, double area) {
   return std::min(area, 2 * (x * y + y * z + z * x));
 }
 
-// In working coordinates: those of the file may be beyond what a picture can be computed in.
+// The surface in working coordinates, since those of the file may be too large to compute a picture with.
 RgbImage draw_surface(const PolygonMesh& file, const Row& row, const DensityRange& range,
                       const ModelLook& look) {
   const PreparedMesh mesh = prepare_mesh(file);
@@ -127,14 +127,14 @@ RgbImage draw_points(const Row& row, const DensityRange& range, const ModelLook&
                        std::span(row.samples.normals).first(values), area, parameters, colors);
 }
 
-// The samples alone; with their mesh (null: none), what they leave white.
+// Draws the samples alone and, with their mesh (or null), measures the white space between them.
 RgbImage draw_sample_splats(const PolygonMesh* file, const Row& row, const DensityRange& range,
                             const ModelLook& look, std::string& note) {
   const std::size_t count = drawn_count(row, look);
   const auto points = std::span(row.samples.points).first(3 * count);
   SplatView view = fitted_view(points, look.view, look.up, look.size, look.size);
   std::vector<float> half_axes = splat_half_axes(row, sample_areas(row, count), look.splats);
-  // Splats reach beyond their middles: large ones get a wider margin.
+  // Large splats get a wider margin, since they reach beyond their centers.
   double reach = 0;
   for (const float axis : half_axes) reach += double{axis} / static_cast<double>(half_axes.size());
   if (look.style == SampleStyle::splats)
@@ -144,7 +144,7 @@ RgbImage draw_sample_splats(const PolygonMesh* file, const Row& row, const Densi
   const OrientedSplats splats = splats_of(row, half_axes, colors, view);
   SplatLook drawn;
   drawn.backs = look.both_sides || !is_closed(row);
-  // Points have the size that those of a sheet have.
+  // Points have the size of those on a sheet.
   if (look.style == SampleStyle::points)
     drawn.shown = std::min(1.0, look.disc * std::sqrt(std::numbers::pi / look.splats.cover));
   if (file != nullptr && look.style == SampleStyle::splats)
@@ -153,7 +153,7 @@ RgbImage draw_sample_splats(const PolygonMesh* file, const Row& row, const Densi
   return draw_splats(splats, view, drawn).image;
 }
 
-// The mesh of a row, or why there is none.
+// The mesh of a row, or the reason why there is none.
 std::string read_surface(const PicturedModel& model, const Row& row, PolygonMesh& mesh) {
   if (!model.lacking.empty()) return model.lacking;
   if (!model.file) return "no mesh in the INPUT";
@@ -215,7 +215,7 @@ std::uint64_t picture_bytes(const StoreReader& store, const PicturedModel& model
   try {
     const MeshEstimate mesh = peek_model(*model.file);
     bytes += mesh.file_bytes + mesh.decoding_bytes + mesh.triangles * bytes_per_triangle;
-  } catch (const ItemError&) {  // read_surface says so
+  } catch (const ItemError&) {  // read_surface reports it
   }
   return bytes;
 }

@@ -2,14 +2,12 @@
 
 #include "jobs/cli/usage_error.h"
 
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <stdexcept>
-
 
 namespace meander {
 
@@ -39,7 +37,7 @@ Vector3 axis_of(const std::string& name) {
 }
 
 Vector3 view_of(const std::string& text, const std::string& up) {
-  // Turned with the axis, so that the default view is from the front, the right and above for each.
+  // The default view turns with the axis, so that the eye is in front, to the right and above for each.
   Vector3 view = up == "y"   ? Vector3{0.55, 0.42, 1}
                  : up == "z" ? Vector3{0.55, -1, 0.42}
                              : Vector3{0.42, 0.55, 1};

@@ -66,7 +66,7 @@ class MemoryFile {
   int descriptor_;
 };
 
-// What plots.py ends with where matplotlib is missing.
+// The exit code of plots.py if matplotlib is missing.
 constexpr int matplotlib_missing = 3;
 
 fs::path own_program() {
@@ -79,8 +79,7 @@ fs::path package_folder() {
   const fs::path beside = own_program().parent_path();
   for (const fs::path& folder : {beside / python_place_installed, beside / python_place_built})
     if (fs::exists(folder / "meander" / "figures" / "plots.py")) return folder.lexically_normal();
-  throw UsageError(
-      "the Python package of Meander is not beside the program: plots and figures are drawn by it");
+  throw UsageError("plots and figures need the Python package of Meander, which is not beside the program");
 }
 
 // The interpreter that the package was built for, or the first on PATH.
@@ -108,8 +107,8 @@ void become_figures_program(const std::vector<std::string>& arguments) {
   setenv("MEANDER_COMMAND", "meander figures", 1);
   execvp(words.front().c_str(), pointers_to(words).data());
   throw UsageError(
-      fmt::format("figures are made by Python 3, and `{}` cannot be run ({}): install python3, "
-                  "python3-numpy and python3-matplotlib",
+      fmt::format("figures need Python 3, but `{}` cannot be run ({}): install python3, python3-numpy and "
+                  "python3-matplotlib",
                   words.front(), std::generic_category().message(errno)));
 }
 
@@ -132,10 +131,10 @@ std::string draw_plot(std::string_view json) {
   }
   if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return output.content();
   if (WIFEXITED(status) && WEXITSTATUS(status) == matplotlib_missing)
-    throw UsageError(
-        fmt::format("plots are drawn by Python 3 with matplotlib, and `{}` has none: install "
-                    "python3-matplotlib, or leave the picture out",
-                    words.front()));
+    throw UsageError(fmt::format(
+        "plots need matplotlib, which `{}` does not have: install python3-matplotlib, or leave the "
+        "picture out",
+        words.front()));
   throw std::runtime_error("the plot could not be drawn: " + errors.content());
 }
 

@@ -1,4 +1,4 @@
-// meander render: pictures of sampled models.
+// meander render draws pictures of sampled models.
 #include <fmt/format.h>
 #include <oneapi/tbb/global_control.h>
 #include <oneapi/tbb/info.h>
@@ -53,7 +53,7 @@ ModelLook look_of(const RenderOptions& options) {
   return look;
 }
 
-// Evenly spread over the rows: the first and the last of a sorted collection are seldom typical.
+// Spreads the models evenly over the rows: the first ones of a sorted collection are seldom typical.
 std::vector<PicturedModel> chosen_models(const StoreReader& store, const RenderOptions& options) {
   std::vector<PicturedModel> models;
   for (const std::string& item : options.items) models.push_back({find_item(store, item), {}});
@@ -77,7 +77,7 @@ void find_meshes(const StoreReader& store, const RenderOptions& options, std::ve
   }
 }
 
-// What is left of --memory beside the sheet.
+// The part of --memory that the sheet leaves.
 std::uint64_t memory_for_pictures(const RenderOptions& options, const StoreReader& store,
                                   const ModelLook& look, std::size_t models) {
   const std::uint64_t memory = parse_bytes(options.memory), sheet = sheet_bytes(options.sheet, models),
@@ -95,7 +95,7 @@ const std::string& words_of(const SheetCell& cell) { return cell.failure.empty()
 int render_sheet(const RenderOptions& options) {
   const ModelLook look = look_of(options);
   if (options.inputs.empty() && (!options.collect.root.empty() || options.collect.null_lists))
-    throw UsageError("--root and --null apply to lists of the INPUT: name it as well");
+    throw UsageError("--root and --null apply to lists in INPUT: give INPUT as well");
   const StoreReader store(options.store, options.check);
   store.require(SampleColumn::normals, "`render`");
   store.require(SampleColumn::density, "`render`");
@@ -140,14 +140,14 @@ struct StyleWords {
   SampleStyle style;
   const char* name;
   const char* help;
-  const char* input;  // what INPUT is for
+  const char* input;  // the help of INPUT
 };
 constexpr StyleWords styles[] = {
-    {SampleStyle::surface, "sheet", "A PNG sheet of sampled models, their samples on the surfaces",
-     "Where its meshes are, as given to its run (default: samples are drawn without surfaces)"},
-    {SampleStyle::splats, "splats", "Sampled models drawn by their samples alone, as splats (PNG)",
-     "Where its meshes are, as given to its run: to measure the white space between the splats"},
-    {SampleStyle::points, "points", "Sampled models drawn by their samples alone, as points (PNG)", nullptr}};
+    {SampleStyle::surface, "sheet", "Draw a PNG sheet of sampled models, their samples on the surfaces",
+     "Inputs of its run, for the meshes (default: samples are drawn without surfaces)"},
+    {SampleStyle::splats, "splats", "Draw sampled models by their samples alone, as splats (PNG)",
+     "Inputs of its run, to measure the white space between the splats on its meshes"},
+    {SampleStyle::points, "points", "Draw sampled models by their samples alone, as points (PNG)", nullptr}};
 
 JobFunction add_pictures(Command& render, const StyleWords& words) {
   Command command = render.add_subcommand(words.name, words.help);
@@ -174,9 +174,10 @@ JobFunction add_pictures(Command& render, const StyleWords& words) {
   command
       .add_option("--columns", options->sheet.columns, "Pictures in a row (default: a sheet of about 4 : 3)")
       .range(1, 400);
-  command.add_option("--points", options->look.points, "Draw only the first so many samples of each model")
+  command
+      .add_option("--points", options->look.points, "Number of samples of each model to draw, the first ones")
       .range(1, 100000000);
-  command.add_option("--color,--colour", options->color, "What the color of a sample says")
+  command.add_option("--color,--colour", options->color, "Meaning of the color of a sample")
       .show_default()
       .one_of({std::begin(sample_color_names), std::end(sample_color_names)});
   if (!surfaces) {
@@ -188,15 +189,15 @@ JobFunction add_pictures(Command& render, const StyleWords& words) {
           .show_default()
           .range(0.05, 16.0);
     command.add_flag("--both-sides", options->look.both_sides,
-                     "Draw the inside of closed surfaces too, which is seen through gaps");
-    command.add_flag("--round", sizes.round, "Discs, also of anisotropic samples");
+                     "Also draw the inside of closed surfaces, which shows through gaps");
+    command.add_flag("--round", sizes.round, "Draw anisotropic samples as discs, too");
   }
   command.add_option("--up", options->up, "The axis of the models that points up")
       .show_default()
       .one_of({"x", "y", "z"});
   command.add_option(
       "--view", options->view,
-      "Direction from the model towards the eye, X,Y,Z (default: from the front, right and above)");
+      "Direction from the model towards the eye, X,Y,Z (default: in front, to the right and above)");
   command.add_option("--memory", options->memory, "Limit of the memory for pictures and meshes")
       .show_default();
   command.add_option("-j,--threads", options->threads, "Threads, up to 1024 (0: all available)")
@@ -210,7 +211,7 @@ JobFunction add_pictures(Command& render, const StyleWords& words) {
 }  // namespace
 
 JobFunction add_render_job(Command& program) {
-  Command command = program.add_subcommand("render", "Pictures of sampled models");
+  Command command = program.add_subcommand("render", "Draw pictures of sampled models");
   command.require_subcommand();
   std::vector<std::pair<std::string, JobFunction>> jobs;
   for (const StyleWords& words : styles) jobs.emplace_back(words.name, add_pictures(command, words));

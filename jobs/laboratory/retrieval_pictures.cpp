@@ -37,7 +37,7 @@ void add_numbers(JsonWriter& json, const char* name, std::span<const double> num
   json.list(name, numbers);
 }
 
-// SVG.
+// A plot as SVG.
 std::string precision_plot(const std::string& title, const std::vector<Curve>& curves) {
   std::vector<double> recall;
   for (std::size_t i = 0; i < recall_levels; ++i) recall.push_back(recall_level(i));
@@ -135,7 +135,7 @@ void draw_precision_over_recall(const std::filesystem::path& file, const std::st
 
 namespace {
 
-// Scored classes down, all that have models across.
+// The table of shares: scored classes are its rows, all classes with models its columns.
 std::string confusion_plot(const RetrievalBase& base, const RetrievalTask& task,
                            const RetrievalSummary& summary, const char* format) {
   const std::size_t classes = base.classes.size();

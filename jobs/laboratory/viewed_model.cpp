@@ -7,7 +7,7 @@ namespace meander {
 
 namespace {
 
-// Of |n . v| of a sample that may be seen, over the directions of view.
+// The mean of |n . v| over the directions of view, for a sample that may be visible.
 double mean_facing(const ViewDetailParameters& parameters) { return parameters.both_sides ? 0.5 : 0.25; }
 
 }  // namespace

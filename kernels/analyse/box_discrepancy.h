@@ -11,7 +11,7 @@
 
 namespace meander {
 
-// A rotated box: |axis_k . (p - centre)| <= half[k]; the axes are orthonormal.
+// A rotated box: |axis_k . (p - center)| <= half[k]; the axes are orthonormal.
 struct RotatedBox {
   Vector3 centre;
   std::array<Vector3, 3> axes;
@@ -32,7 +32,7 @@ struct BoxParameters {
 double area_in_box(std::span<const double> x, std::span<const double> y, std::span<const double> z,
                    std::span<const std::uint32_t> triangles, const RotatedBox& box);
 
-// Random test boxes on a surface: centre an area-random surface point moved by a uniform offset within half a
+// Random test boxes on a surface: center an area-random surface point moved by a uniform offset within half a
 // half-size along each box axis, uniform rotation (Shoemake 1992, "Uniform random rotations"), half-sizes as
 // in the parameters (the diagonal is that of the box around all used vertices), kept when the exact share
 // lies in [share_min, share_max]. Pure in the seed: box i is a function of (surface, seed, i), so that fewer

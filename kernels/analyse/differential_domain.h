@@ -70,7 +70,7 @@ void add_anisotropic_differences(DifferenceMap& map, std::span<const double> x, 
 
 enum class DifferenceUnits : std::uint8_t {
   spacings,  // S^-1 d: what is stratified alike in the metric gives the same round map for every tensor
-  area,      // d / sqrt(s1 s2): the shape that neighbourhoods have on the surface; pair_density.h measures it
+  area,      // d / sqrt(s1 s2): the shape that neighborhoods have on the surface; pair_density.h measures it
 };
 
 // Tensor fields in the plane: log_spacing holds log S at every sample in the x and y axes of the plane, where
@@ -144,9 +144,9 @@ DifferenceMap expected_differences(const DifferenceParameters& parameters, std::
 // The ratio of mean maps, cells x cells: white noise is 1 (where the expectation is 0: NaN). `expected` comes
 // from expected_differences or is a map to which many sets of independent samples of the same density, number
 // and domain were added. Throws std::invalid_argument when the parameters differ or either map has no set.
-std::vector<double> normalised_differences(const DifferenceMap& map, const DifferenceMap& expected);
+std::vector<double> normalized_differences(const DifferenceMap& map, const DifferenceMap& expected);
 
-// Rings of `width` cells (>= 1) of a normalised map around the middle, the first from 0: multiply radius by
+// Rings of `width` cells (>= 1) of a normalized map around the middle, the first from 0: multiply radius by
 // map.cell() for units of mean spacing. Values of cells closer than the kernel are correlated and the
 // number of pairs decides the noise, so the anisotropy of white noise is that of a reference, not -10 log10
 // K.

@@ -1,5 +1,5 @@
-// Discrepancy in the plane under a constant spacing tensor (survey, figure 15; docs/METHODS.md 13.2): shapes
-// are round, square and so on in the metric.
+// Discrepancy in the plane under a constant spacing tensor (Quinn et al. 2013, figure 15;
+// docs/METHODS.md 13.2): shapes are round, square and so on in the metric.
 #pragma once
 
 #include <array>
@@ -44,8 +44,8 @@ struct AnisotropicDiscrepancy {
 // not: a square seen through a metric of ratio 8 is a strip, whose shapes cut fewer strata.) What happens
 // within a spacing of the domain's border is not measured. The window takes pi / 4 of a square at ratio 1 and
 // pi / (4 ratio) of it along an axis; more windows make up for that.
-// Kinds, uniform in the unit disk: disks (centre uniform in the disk, radius uniform up to the rim); boxes
-// (any angle, centre uniform, half-sides uniform in [0, 1], drawn again until all corners are inside);
+// Kinds, uniform in the unit disk: disks (center uniform in the disk, radius uniform up to the rim); boxes
+// (any angle, center uniform, half-sides uniform in [0, 1], drawn again until all corners are inside);
 // triangles (three uniform corners). `log_spacing` is log S of the constant tensor, its scale is immaterial.
 // About 0.1 us x sqrt(points in the window) a shape. Deterministic for every thread count. Throws
 // std::invalid_argument when lengths differ or are zero, a number is not finite, the domain is flat, or a

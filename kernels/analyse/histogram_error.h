@@ -7,7 +7,7 @@
 namespace meander {
 
 // With B = histogram - G for the ground truth G, both of sum 1. relative: sum |B_i| / sum G_i; largest:
-// max |B_i| (both are the survey's definitions); norm: sqrt(sum B_i^2) / sum G_i.
+// max |B_i| (both as in Quinn et al. 2013); norm: sqrt(sum B_i^2) / sum G_i.
 struct HistogramError {
   double relative = 0, largest = 0, norm = 0;
 };

@@ -42,7 +42,7 @@ struct Dip {
 // kernel's spread is taken off; it should be small against the dip (at ratio 8 that is 0.15 across, in units
 // of area). Root mean square error of log ratio: at most about 2 / signal_to_noise (jittered samples of
 // ratios 1 to 8, signals 9 to 60; round dips come out above 1 by as much), two to four times that by the
-// contour. `expected` as for normalised_differences; on domains with a boundary it should be measured on
+// contour. `expected` as for normalized_differences; on domains with a boundary it should be measured on
 // independent samples in the same field. O(cells^2 iterations). Throws std::invalid_argument when a parameter
 // is out of range, the maps' parameters differ or one has no set.
 Dip dip_moments(const DifferenceMap& map, const DifferenceMap& expected,

@@ -1,4 +1,4 @@
-// Radial mean and anisotropy of a square map around its centre (Ulichney 1987, "Digital Halftoning").
+// Radial mean and anisotropy of a square map around its center (Ulichney 1987, "Digital Halftoning").
 #pragma once
 
 #include <cstddef>
@@ -10,7 +10,7 @@
 
 namespace meander {
 
-// Rings of a map, in units of cells. A map that is symmetric about its centre holds every value twice; each
+// Rings of a map, in units of cells. A map that is symmetric about its center holds every value twice; each
 // pair counts as one bin here, so that the variance is that of values that can differ.
 struct RadialProfile {
   static constexpr std::uint32_t fewest_bins = 8;  // rings of fewer bins are noise: do not show them
@@ -25,7 +25,7 @@ struct RadialProfile {
 };
 
 // map: side x side values, symmetric about the middle of the square: value (i, j) equals value
-// (side - 1 - i, side - 1 - j), of which only one is read. Ring k holds the cells whose centres lie at a
+// (side - 1 - i, side - 1 - j), of which only one is read. Ring k holds the cells whose centers lie at a
 // distance in [first + k width, first + (k + 1) width) from the middle; first >= 0, width > 0, both in cells.
 // Rings go as far as they fit into the square. O(side^2), serial, deterministic. Throws
 // std::invalid_argument when the sizes do not fit together.

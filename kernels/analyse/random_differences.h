@@ -32,7 +32,7 @@ struct FieldSamples {
 // opposite normals keep sheets apart as 4 mean spacings do. Sets of n samples of it are measured, and random
 // ones of as many points; the map of independent samples over that of the random ones is 1. Both are in units
 // of spacings sqrt(integral / (n density)): of sets with the integral of the density that was sampled, as
-// their neighbours have it, and of the random ones with that of the field above. Spacings over 8 times
+// their neighbors have it, and of the random ones with that of the field above. Spacings over 8 times
 // sqrt(area / n) and densities over 1000 times the mean are taken for these.
 class SampledField {
  public:

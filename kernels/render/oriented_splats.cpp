@@ -52,7 +52,7 @@ double fitting_scale(double half_width, double half_height, const SplatView& vie
 // ---- splats in the picture --------------------------------------------------------------------------------
 
 // An ellipse in coordinates of the picture in which a pixel has `across` cells a side and cell (0, 0) its
-// centre at 0: x and y within it where xx dx^2 + 2 xy dx dy + yy dy^2 <= 1.
+// center at 0: x and y within it where xx dx^2 + 2 xy dx dy + yy dy^2 <= 1.
 struct PlacedSplat {
   float x = 0, y = 0, z = 0;
   float xx = 0, xy = 0, yy = 0;

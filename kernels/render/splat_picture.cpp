@@ -147,7 +147,7 @@ RgbImage splat_picture(std::span<const float> points, std::span<const float> nor
     if (!finite_vector(facing) || norm(facing) < 1e-6) facing = {0, 0, 1};
     if (facing.z < 0) facing = -1.0 * facing;
     facing = unit_vector(facing);
-    // The discs lie a little farther, so that on a curved surface they do not cover their neighbours' beads.
+    // The discs lie a little farther, so that on a curved surface they do not cover their neighbors' beads.
     if (disc > 0) draw_spot(canvas, at - Vector3{0, 0, 0.45 * camera.spacing}, facing, disc, 0, 0);
     draw_spot(canvas, at, facing, bead, 0.7, static_cast<std::uint32_t>(i + 1));
   }

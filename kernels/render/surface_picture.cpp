@@ -116,7 +116,7 @@ void draw_mesh(SurfaceCanvas& canvas, const View& view, const SurfaceScene& scen
   }
 }
 
-// Calls paint(pixel, difference from `centre`) for every covered pixel within `reach` of it in the picture.
+// Calls paint(pixel, difference from `center`) for every covered pixel within `reach` of it in the picture.
 template <class Paint>
 void around(const SurfaceCanvas& canvas, Vector3 centre, double reach, Paint paint) {
   const PixelRange range =
@@ -179,7 +179,7 @@ void paint_dots(SurfaceCanvas& canvas, const View& view, const std::vector<Surfa
     const Vector3 centre = view.point(dot_mark.centre);
     const double radius = samples_across * dot_mark.radius;
     if (!finite_vector(centre) || centre.x < 0 || centre.y < 0) continue;
-    // Whole disks, where the surface at the centre is not hidden.
+    // Whole disks, where the surface at the center is not hidden.
     const auto x = static_cast<std::int64_t>(std::lround(centre.x)),
                y = static_cast<std::int64_t>(std::lround(centre.y));
     if (x >= canvas.size || y >= canvas.size) continue;

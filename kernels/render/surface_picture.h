@@ -29,7 +29,7 @@ struct SurfaceDot {
 };
 
 // Later layers cover earlier ones: faces, ellipses (of two that overlap each keeps what lies nearer to its
-// own centre, counted in its half-axes), lines (later ones on top), dots.
+// own center, counted in its half-axes), lines (later ones on top), dots.
 struct SurfaceScene {
   std::span<const double> positions;     // 3 V
   std::span<const std::uint32_t> faces;  // 3 T

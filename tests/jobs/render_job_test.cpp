@@ -165,8 +165,8 @@ TEST_CASE("render sheet: mistakes are usage errors, and nothing is written") {
   CHECK(contains(place.refusal({"-o", out, "--memory", "much"}), "much"));
   CHECK(contains(place.refusal({"-o", out, "--memory", "100K"}), "or lower --size or --models"));
   CHECK(contains(place.refusal({"-o", out, "--item", "0", "--models", "5"}), "--models"));
-  CHECK(contains(place.refusal({"-o", out, "-0"}, false), "name it as well"));
-  CHECK(contains(place.refusal({"-o", out, "--root", place.path("in")}, false), "name it as well"));
+  CHECK(contains(place.refusal({"-o", out, "-0"}, false), "give INPUT as well"));
+  CHECK(contains(place.refusal({"-o", out, "--root", place.path("in")}, false), "give INPUT as well"));
   CHECK(contains(place.refusal({"-o", place.path("in/ball/a.off")}), "should end in .png"));
   CHECK(run_process({program, "render"}).exit_code == 2);
   CHECK_FALSE(fs::exists(out));

@@ -41,11 +41,10 @@ SurfacePictureParameters look_of(const LaboratoryArguments& given) {
   return look;
 }
 
-// vertices (V, 3), faces (T, 3); optional, one color (1, 3) or width (1,) for all where there are not as
-// many: face_colors (T, 3); lines (L, 6) from x y z to x y z, line_colors, line_widths in pixels; discs (D,
-// 9) centre and two half-axes, disc_colors; dots (P, 3), dot_colors, dot_radii in pixels. Colors are
-// uint8. size, margin, crease, view, up: see surface_picture.h. Returns image (size, size, 3) as rows of
-// pixels.
+// Takes vertices (V, 3), faces (T, 3) and, optionally, face_colors (T, 3); lines (L, 6) from x y z to x y z,
+// line_colors, line_widths in pixels; discs (D, 9), center and two half-axes, disc_colors; dots (P, 3),
+// dot_colors, dot_radii in pixels. Colors are uint8; one color (1, 3) or width (1,) applies to all. size,
+// margin, crease, view, up: see surface_picture.h. Returns image (size, size, 3) as rows of pixels.
 LaboratoryResult picture(const LaboratoryArguments& given) {
   SurfaceScene scene{given.reals("vertices", 3), given.numbers("faces", 3), {}};
   if (given.has("face_colors")) {
