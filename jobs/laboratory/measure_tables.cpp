@@ -392,7 +392,7 @@ Table measure_differences(PointSets& sets, MeasuredSurfaces& surfaces, const Mea
     const double side = std::sqrt(static_cast<double>(count));  // of the square in units of the mean spacing
     expected = expected_differences(map.parameters, count, side, side);
   }
-  const std::vector<double> ratio = normalised_differences(map, expected);
+  const std::vector<double> ratio = normalized_differences(map, expected);
   draw_map(options, ratio, map.side(), 0.5 * static_cast<double>(map.side()) * map.cell(),
            "difference / spacing");
   return profile_table(radial_differences(map, ratio, 2), "distance / spacing", map.cell());

@@ -284,7 +284,7 @@ LaboratoryResult difference_dip(const LaboratoryArguments& given) {
   result.add("ratio", dip.ratio);
   result.add("angle", dip.angle);
   result.add("signal_to_noise", dip.signal_to_noise);
-  result.add("differences", normalised_differences(map, reference), map.side());
+  result.add("differences", normalized_differences(map, reference), map.side());
   std::vector<double> ellipse;
   if (dip.found)
     for (const auto& [x, y] : half_depth_ellipse(dip, 64)) ellipse.insert(ellipse.end(), {x, y});
