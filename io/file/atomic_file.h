@@ -13,6 +13,16 @@
 
 namespace meander {
 
+// The temporary files that this process is writing are noted, so that a signal that ends it can remove them.
+//
+// Notes a file and returns the number to forget it by. With too many files, or a path that is too long, it is
+// not noted, and stays when a signal ends the process. Thread-safe.
+std::size_t note_pending_file(const std::filesystem::path& path);
+void forget_pending_file(std::size_t number);
+
+// Removes all files that this process has noted, but not those of its parent. Safe in a signal handler.
+void remove_pending_files() noexcept;
+
 // The successor of a file, for libraries that open files by name (HDF5). Other code uses AtomicFile.
 class PendingFile {
  public:
@@ -37,7 +47,7 @@ class PendingFile {
  private:
   std::filesystem::path path_, temporary_;
   FullDisk full_disk_;
-  std::size_t noted_ = 0;  // see note_pending_file
+  std::size_t noted_ = 0;  // the number of note_pending_file
   bool committed_ = false;
 };
 

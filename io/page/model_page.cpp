@@ -122,12 +122,7 @@ std::string base64(std::span<const std::byte> bytes) {
 std::string json_in_markup(std::string_view json) {
   std::string text;
   text.reserve(json.size());
-  for (const char c : json) {
-    if (c == '<')
-      text += "\\u003c";
-    else
-      text += c;
-  }
+  for (const char c : json) c == '<' ? text += "\\u003c" : text += c;
   return text;
 }
 

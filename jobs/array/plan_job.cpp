@@ -1,7 +1,6 @@
 // meander plan divides a run among many processes.
 #include <fmt/format.h>
 
-#include <charconv>
 #include <chrono>
 #include <filesystem>
 #include <memory>
@@ -11,16 +10,12 @@
 #include "io/json_writer.h"
 #include "jobs/cli/exit_status.h"
 #include "jobs/cli/jobs.h"
-#include "jobs/cli/output_guard.h"
 #include "jobs/cli/units.h"
 #include "jobs/cli/usage_error.h"
-#include "jobs/inputs/input_options.h"
-#include "jobs/inputs/label_file.h"
 #include "jobs/rows/laboratory.h"
 #include "jobs/rows/memory_budget.h"
 #include "jobs/rows/run_header.h"
 #include "jobs/rows/store_update.h"
-#include "jobs/rows/tensor_files.h"
 #include "jobs/run/array_plan.h"
 #include "jobs/run/array_script.h"
 #include "kernels/core/parallel.h"
@@ -38,13 +33,13 @@ class PlanJob {
 
   int run() {
     const auto listed = std::chrono::system_clock::now() - std::chrono::seconds(2);
-    Inputs inputs = collect_inputs(run_.inputs, run_.collect);
-    print_unread(inputs.notes);
-    plan_tensor_files(run_.sample.tensor, inputs.items);
-    if (inputs.items.empty()) throw UsageError("no mesh file (" + mesh_extensions() + ") in the input");
+    const Inputs inputs = collect_run_inputs(run_);
     choose_attribute_kinds(run_, nullptr, inputs.items);
     const StoreHeader header = run_header(run_, inputs, laboratory_);
-    check_outputs(inputs);
+    check_run_outputs(run_, inputs);
+    if (!run_.fresh && fs::exists(run_.store))
+      throw UsageError(fmt::format(
+          "`{}` exists: bring it up to date with `meander run`, or replace it with --fresh", run_.store));
     if (run_.fresh) discard_run(run_.store);
     if (read_run_plan(run_.store))
       throw UsageError(
@@ -77,15 +72,6 @@ class PlanJob {
   }
 
  private:
-  void check_outputs(const Inputs& inputs) const {
-    std::vector<fs::path> read = input_files(run_.inputs, inputs.items);
-    for (const std::string& labels : run_.collect.labels) read.push_back(path_of_labels(labels));
-    check_run_outputs(run_.store, run_.fresh, read);
-    if (!run_.fresh && fs::exists(run_.store))
-      throw UsageError(fmt::format(
-          "`{}` exists: bring it up to date with `meander run`, or replace it with --fresh", run_.store));
-  }
-
   std::vector<double> costs_of(const std::vector<PlanItem>& items) const {
     std::vector<double> costs(items.size());
     parallel_tasks(items.size(), [&](std::size_t i) {
@@ -101,9 +87,8 @@ class PlanJob {
     if (options_.shards == "auto")
       return std::min(shards_of_minutes(costs, options_.minutes_per_shard, std::max(1, run_.threads)),
                       static_cast<std::size_t>(max_shards));
-    std::size_t count = 0;
-    const char* const end = options_.shards.data() + options_.shards.size();
-    if (std::from_chars(options_.shards.data(), end, count).ptr != end || count < 1 || count > max_shards)
+    const std::uint64_t count = number_in(options_.shards).value_or(0);
+    if (count < 1 || count > max_shards)
       throw UsageError(fmt::format("--shards: `{}` is neither `auto` nor a number from 1 to {}",
                                    options_.shards, max_shards));
     return count;

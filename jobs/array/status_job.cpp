@@ -29,22 +29,6 @@ struct StatusOptions {
   std::uint64_t shards_a_task = 0;  // 0: as planned
 };
 
-enum class ShardState { done, in_work, interrupted, waiting };
-
-// The lock shows whether a process works on the shard: of this machine, or of one that shares its locks.
-ShardState state_of(const std::string& store, std::size_t shard) {
-  if (fs::exists(shard_store(store, shard))) return ShardState::done;
-  switch (lock_state(shard_folder(store, shard), "lock")) {
-    case LockState::absent:
-      return ShardState::waiting;
-    case LockState::free:
-      return ShardState::interrupted;
-    case LockState::held:
-      return ShardState::in_work;
-  }
-  return ShardState::waiting;
-}
-
 struct ArrayStatus {
   std::uint64_t rows_done = 0, failed = 0;
   std::vector<std::size_t> done, in_work, interrupted, waiting, missing;
@@ -52,18 +36,24 @@ struct ArrayStatus {
   double seconds = 0, reported_cost = 0;  // of the shards with a report
 };
 
+// The list of a shard. Its lock shows whether a process works on it: of this machine, or of one that shares
+// locks.
+std::vector<std::size_t> ArrayStatus::*list_of(const std::string& store, std::size_t number,
+                                               const ArrayShard& shard) {
+  if (shard.rows() == 0 || fs::exists(shard_store(store, number))) return &ArrayStatus::done;
+  const LockState lock = lock_state(shard_folder(store, number), "lock");
+  if (lock == LockState::absent) return &ArrayStatus::waiting;
+  return lock == LockState::held ? &ArrayStatus::in_work : &ArrayStatus::interrupted;
+}
+
 ArrayStatus status_of(const std::string& store, const RunArray& array) {
   ArrayStatus status;
   for (std::size_t s = 0; s < array.shards.size(); ++s) {
     const ArrayShard& shard = array.shards[s];
     status.cost += shard.cost;
-    const ShardState state = shard.rows() == 0 ? ShardState::done : state_of(store, s);
-    (state == ShardState::done          ? status.done
-     : state == ShardState::in_work     ? status.in_work
-     : state == ShardState::interrupted ? status.interrupted
-                                        : status.waiting)
-        .push_back(s);
-    if (state != ShardState::done) {
+    const auto list = list_of(store, s, shard);
+    (status.*list).push_back(s);
+    if (list != &ArrayStatus::done) {
       status.missing.push_back(s);
       continue;
     }

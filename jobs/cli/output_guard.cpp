@@ -260,12 +260,11 @@ bool UnfinishedExport::begin() {
   fs::create_directories(folder_, error);
   if (error) throw_file_error(error.value(), "create", folder_, FullDisk::ends_command);
   if (continues_) return true;
-  JsonWriter json;
-  json.begin_object();
-  json.member("parameters", parameters_);
-  json.member("replaces", replaces_ ? 1 : 0);
-  json.end_object();
-  replace_file(description(), json.text() + "\n");
+  const std::string text = json_object([&](JsonWriter& json) {
+    json.member("parameters", parameters_);
+    json.member("replaces", replaces_ ? 1 : 0);
+  });
+  replace_file(description(), text + "\n");
   return replaces_;
 }
 

@@ -10,7 +10,7 @@
 #include <cstdio>
 #include <cstring>
 
-#include "io/file/pending_files.h"
+#include "io/file/atomic_file.h"
 #include "jobs/cli/exit_status.h"
 
 namespace meander {

@@ -186,6 +186,16 @@ class LabelReader {
     throw UsageError("--labels: `" + file_.name + "`: " + what);
   }
 
+  Split split_of_field(const std::string& word, std::uint64_t line) const {
+    const Split split = split_of_word(word);
+    LabelLine at;
+    at.line = line;
+    if (split == Split::none && !word.empty() && word != "none")
+      throw UsageError("--labels: " + file_.place_of(at) + ": the split `" + word +
+                       "` is not train, test or validation");
+    return split;
+  }
+
   void add(LabelLine line) {
     if (line.split == Split::none) line.split = given_;
     if (given_ != Split::none && line.split != given_)
@@ -288,7 +298,7 @@ class LabelReader {
       line.line = record.line;
       if (columns.label) line.label = record.fields[*columns.label];
       if (columns.split && *columns.split < record.fields.size())
-        line.split = split_of_field(text, record, record.fields[*columns.split]);
+        line.split = split_of_field(record.fields[*columns.split], record.line);
       if (file_.is_shapenet)
         name_shapenet_model(record, columns, uses, line);
       else
@@ -305,13 +315,6 @@ class LabelReader {
                 std::to_string(count) + " fields, must be " +
                     (columns.min == columns.max ? std::to_string(columns.max)
                                                 : std::string("id, class and optionally split")));
-  }
-
-  static Split split_of_field(const CsvText& text, const CsvRecord& record, const std::string& word) {
-    const Split split = split_of_word(word);
-    if (split == Split::none && !word.empty() && word != "none")
-      text.fail(record.line, "the split `" + word + "` is not train, test or validation");
-    return split;
   }
 
   static void name_shapenet_model(const CsvRecord& record, const Columns& columns,
@@ -373,10 +376,7 @@ class LabelReader {
       const std::optional<std::string> text = text_of(member);
       if (!text) continue;
       if (name == "split") {
-        line.split = split_of_word(*text);
-        if (line.split == Split::none && !text->empty() && *text != "none")
-          fail("entry " + std::to_string(entries_) + ": the split `" + *text +
-               "` is not train, test or validation");
+        line.split = split_of_field(*text, entries_);
       }
     }
     for (const std::string_view wanted : id_names)

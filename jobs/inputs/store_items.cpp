@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <charconv>
 #include <filesystem>
 #include <optional>
 #include <utility>
@@ -13,6 +12,7 @@
 #include "io/run_error.h"
 #include "io/store/run_array.h"
 #include "jobs/cli/command_line.h"
+#include "jobs/cli/units.h"
 #include "jobs/cli/usage_error.h"
 #include "kernels/core/spelling.h"
 
@@ -46,9 +46,7 @@ std::string near_id(const StoreReader& store, const std::string& item) {
 std::uint64_t find_item(const StoreReader& store, const std::string& item) {
   if (const auto row = store.find(item)) return *row;
   if (const auto row = store.find(escape_id(item))) return *row;
-  std::uint64_t number = 0;
-  const auto [end, error] = std::from_chars(item.data(), item.data() + item.size(), number);
-  if (error == std::errc() && end == item.data() + item.size() && number < store.rows()) return number;
+  if (const auto row = number_in(item); row && *row < store.rows()) return *row;
   const std::string near = near_id(store, item);
   throw UsageError("no item `" + item + "` (neither an id nor a row number below " +
                    std::to_string(store.rows()) + ")" +

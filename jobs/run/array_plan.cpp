@@ -18,7 +18,11 @@
 #include "io/json_writer.h"
 #include "io/parameters_text.h"
 #include "jobs/cli/command_line.h"
+#include "jobs/cli/output_guard.h"
 #include "jobs/cli/usage_error.h"
+#include "jobs/inputs/input_options.h"
+#include "jobs/inputs/label_file.h"
+#include "jobs/rows/tensor_files.h"
 #include "jobs/run/array_script.h"
 
 namespace meander {
@@ -67,6 +71,20 @@ class OpenArchives {
 };
 
 }  // namespace
+
+Inputs collect_run_inputs(const RunOptions& options) {
+  Inputs inputs = collect_inputs(options.inputs, options.collect);
+  print_unread(inputs.notes);
+  plan_tensor_files(options.sample.tensor, inputs.items);
+  if (inputs.items.empty()) throw UsageError("no mesh file (" + mesh_extensions() + ") in the input");
+  return inputs;
+}
+
+void check_run_outputs(const RunOptions& options, const Inputs& inputs) {
+  std::vector<fs::path> read = input_files(options.inputs, inputs.items);
+  for (const std::string& labels : options.collect.labels) read.push_back(path_of_labels(labels));
+  check_run_outputs(options.store, options.fresh, read);
+}
 
 double estimated_seconds(std::uint64_t bytes, const SampleParameters& parameters) {
   constexpr double an_item = 1e-3, a_sample = 0.4e-6;
@@ -276,17 +294,16 @@ std::string store_of_array(const std::string& path) {
 }
 
 void write_shard_report(const std::string& store, std::size_t shard, const ShardReport& report) {
-  JsonWriter json;
-  json.begin_object();
-  json.member("rows", report.rows);
-  json.member("failed", report.failed);
-  json.member("seconds", report.seconds);
-  json.member("threads", report.threads);
-  json.member("ended_unix_time", report.ended_unix_time);
-  json.member("host", report.host);
-  json.member("build", report.build);
-  json.end_object();
-  replace_file(report_path(store, shard), json.text() + "\n", FullDisk::stops_run);
+  const std::string text = json_object([&](JsonWriter& json) {
+    json.member("rows", report.rows);
+    json.member("failed", report.failed);
+    json.member("seconds", report.seconds);
+    json.member("threads", report.threads);
+    json.member("ended_unix_time", report.ended_unix_time);
+    json.member("host", report.host);
+    json.member("build", report.build);
+  });
+  replace_file(report_path(store, shard), text + "\n", FullDisk::stops_run);
 }
 
 std::optional<ShardReport> read_shard_report(const std::string& store, std::size_t shard) {

@@ -12,11 +12,9 @@
 #include "jobs/cli/command_line.h"
 #include "jobs/cli/exit_status.h"
 #include "jobs/cli/jobs.h"
-#include "jobs/cli/output_guard.h"
 #include "jobs/cli/usage_error.h"
 #include "jobs/inputs/input_options.h"
 #include "jobs/inputs/inputs.h"
-#include "jobs/inputs/label_file.h"
 #include "jobs/inputs/store_items.h"
 #include "jobs/rows/attribute_types.h"
 #include "jobs/rows/descriptor_choice.h"
@@ -27,7 +25,6 @@
 #include "jobs/rows/run_options.h"
 #include "jobs/rows/run_summary.h"
 #include "jobs/rows/store_update.h"
-#include "jobs/rows/tensor_files.h"
 #include "jobs/run/array_plan.h"
 #include "jobs/run/reusable_rows.h"
 #include "jobs/run/shard_run.h"
@@ -57,19 +54,14 @@ class RunJob {
       unfinished = read_run_plan(options_.store);
       options_.collect.remembered_root = earlier_root(unfinished);
     }
-    inputs_ = collect_inputs(options_.inputs, options_.collect);
-    print_unread(inputs_.notes);
-    plan_tensor_files(options_.sample.tensor, inputs_.items);
-    if (inputs_.items.empty()) throw UsageError("no mesh file (" + mesh_extensions() + ") in the input");
+    inputs_ = collect_run_inputs(options_);
     if (retry_.vanished && !inputs_.notes.unread.empty())
       throw UsageError(
           "--retry vanished: items in the folders that could not be read may still exist; make these folders "
           "readable first");
     if (options_.dry_run && options_.json)
       throw UsageError("--dry-run prints a plan and --json a summary of a run: give one of them");
-    std::vector<std::filesystem::path> read = input_files(options_.inputs, inputs_.items);
-    for (const std::string& labels : options_.collect.labels) read.push_back(path_of_labels(labels));
-    check_run_outputs(options_.store, options_.fresh, read);
+    check_run_outputs(options_, inputs_);
     choose_kinds(unfinished);
     header_ = run_header(options_, inputs_, laboratory_);
     options_.model_bytes = memory_for_models(options_.memory_bytes, header_, options_.sample,

@@ -199,13 +199,12 @@ bool sample_rows(const SurfaceOptions& options, const StoreHeader& header, const
   using tbb::filter_mode;
   // Rows in work are held in memory with their pictures, so few large ones are in work at once.
   constexpr std::uint64_t max_points_held = 1 << 22;
-  const bool pictures = std::ranges::any_of(options.surfaces, [](const std::string& surface) {
-    return surface_kind(surface) == SurfaceKind::height_field;
-  });
   require_task_memory();
   const auto threads = static_cast<std::uint64_t>(tbb::this_task_arena::max_concurrency());
   const std::uint64_t at_once =
-      pictures ? 1 : std::clamp<std::uint64_t>(max_points_held / options.sample.samples, 1, threads);
+      has_height_fields(options)
+          ? 1
+          : std::clamp<std::uint64_t>(max_points_held / options.sample.samples, 1, threads);
   std::uint64_t next = 0;
   const auto next_row = [&](tbb::flow_control& control) {
     while (next < runs.size() && runs[next].done_before) ++next;
