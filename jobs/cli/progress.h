@@ -20,9 +20,8 @@ ProgressStyle progress_style(const std::string& word);
 
 // The serial writer reports every finished item. A thread redraws the bar (five times a second) or prints a
 // line (every 30 s), so that a long model does not look like a hang. Failures are printed at once, one line
-// each
-// (`id: status: reason`). The remaining time is estimated from the bytes of input; it is "?" until some are
-// read.
+// each (`id: status: reason`). The remaining time is estimated from the bytes of input; it is "?" until some
+// are read.
 class Progress {
  public:
   Progress(ProgressStyle style, std::uint64_t items, std::uint64_t bytes, std::uint32_t samples);

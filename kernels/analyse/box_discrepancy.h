@@ -58,8 +58,8 @@ class BoxBias {
  public:
   // Throws std::invalid_argument when the number of boxes changes.
   void add(std::span<const double> errors);
-  // Root mean square over boxes of the mean error, over that of the error of one set; what is left of the
-  // variance of the mean is taken off, so that an unbiased sampler has about 0 (with few sets some
+  // Root mean square over boxes of the mean error, over that of the error of one set; the remaining
+  // variance of the mean is subtracted, so that an unbiased sampler has about 0 (with few sets some
   // 1/sqrt(sets) times the fourth root of 2/boxes). At least two sets.
   double ratio() const;
 

@@ -11,7 +11,7 @@
 
 namespace meander {
 
-// What certify_samples measures, as names of descriptors.
+// The measures of certify_samples, as names of descriptors.
 inline constexpr const char* certificate_box_error = "box_rms_ratio";  // see box_error_ratio
 inline constexpr const char* certificate_rho = "rho";                  // see spacing_of
 

@@ -69,8 +69,8 @@ void add_anisotropic_differences(DifferenceMap& map, std::span<const double> x, 
                                  std::span<const double> inverse_jacobian, const PlaneDomain& domain = {});
 
 enum class DifferenceUnits : std::uint8_t {
-  spacings,  // S^-1 d: what is stratified alike in the metric gives the same round map for every tensor
-  area,      // d / sqrt(s1 s2): the shape that neighborhoods have on the surface; pair_density.h measures it
+  spacings,  // S^-1 d: sets that are stratified in the metric have the same round map for every tensor
+  area,      // d / sqrt(s1 s2): the shape of neighborhoods on the surface, see pair_density.h
 };
 
 // Tensor fields in the plane: log_spacing holds log S at every sample in the x and y axes of the plane, where
@@ -131,9 +131,9 @@ std::optional<std::array<double, 2>> geodesic_vector(Vector3 p, const TangentFra
 // finite `largest`.
 std::vector<double> spacing_from_density(std::span<const double> density, double measure, double largest);
 
-// What independent uniform samples give on average (sets = 1): the map to divide by. N samples with
-// spacing = sqrt(A / N) on a torus or a closed surface that is nearly flat at the range: N (N - 1) / N pairs
-// per unit of q-area, the same in every cell.
+// The average map of independent uniform samples (sets = 1), to divide by. N samples with spacing = sqrt(A /
+// N) on a torus or a closed surface that is nearly flat at the range: N (N - 1) / N pairs per unit of q-area,
+// the same in every cell.
 DifferenceMap expected_differences(const DifferenceParameters& parameters, std::uint64_t samples);
 
 // The same for a rectangle width x height without period: (1 - |dx| / width)(1 - |dy| / height) times that

@@ -16,8 +16,8 @@ namespace meander {
 // sup over 0 < r <= 1 of |#{|p| <= r}/N - pi r^2/4|, quarters of disks about the origin. Exact. O(N log N).
 double quarter_circle_discrepancy(std::span<const double> x, std::span<const double> y);
 
-// Those below take the points as build_point_index(x, y) gives them, so that one index serves several; about
-// 0.1 us x sqrt(N) a shape: N = 1,572,864 and 2^14 shapes take 2 - 3 s of one core.
+// The functions below take the points from build_point_index(x, y), so that one index serves several.
+// O(sqrt(N)) per shape.
 
 // Triangles with a corner at the origin and two uniformly random ones in the square.
 ShapeDiscrepancy triangle_discrepancy(const PointIndex<2>& points, const ShapeParameters& parameters = {});

@@ -1,5 +1,5 @@
-// Discrepancy on a mesh over patches grown ring by ring: the measure of Quinn et al. 2013
-// (docs/METHODS.md 13.2).
+// Discrepancy on a mesh over patches grown ring by ring: the measure of Quinn et al. 2013 (docs/METHODS.md
+// 13.2).
 #pragma once
 
 #include <cstdint>

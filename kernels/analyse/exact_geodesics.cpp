@@ -25,7 +25,7 @@ double cross(PlanePoint a, PlanePoint b) { return a.x * b.y - a.y * b.x; }
 double dot(PlanePoint a, PlanePoint b) { return a.x * b.x + a.y * b.y; }
 double length_of(PlanePoint a) { return std::sqrt(dot(a, a)); }
 
-// What all sources share.
+// The data that all sources share.
 struct Geometry {
   const PreparedMesh& mesh;
   std::vector<double> length;                // 3 T

@@ -33,7 +33,7 @@ struct ErrorSummary {
   double rms = 0, largest = 0;    // of the absolute values
   double standard_deviation = 0;  // about their mean; 0 for one error
 };
-// Of signed errors, one or more.
+// Summarizes one or more signed errors.
 ErrorSummary summarise_errors(std::span<const double> errors);
 
 // Test functions on [0, 1]^2 with their integrals in closed form. All are smooth or piecewise constant and

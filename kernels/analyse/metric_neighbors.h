@@ -15,7 +15,7 @@ namespace meander {
 // normals have a cosine below this are not neighbors (other sheets, folds).
 inline constexpr double neighbor_normal_cosine = 0.2;
 
-// Metric length to the nearest other sample, per sample; infinite where there is none. Random samples on a
+// The metric length from each sample to the nearest other one; infinite if there is none. Random samples on a
 // nearly flat surface: 1/2 on average (the area per sample is 1 in these units); stratified ones more. Exact
 // for that length: k-d tree, with balls that grow to twice the best length times s1. O(N log N x ratio),
 // parallel, deterministic. Throws like prepare_tangent_samples.

@@ -24,11 +24,11 @@ struct RadialProfile {
   bool reliable(std::size_t ring) const { return bins[ring] >= fewest_bins; }
 };
 
-// map: side x side values, symmetric about the middle of the square: value (i, j) equals value
-// (side - 1 - i, side - 1 - j), of which only one is read. Ring k holds the cells whose centers lie at a
-// distance in [first + k width, first + (k + 1) width) from the middle; first >= 0, width > 0, both in cells.
-// Rings go as far as they fit into the square. O(side^2), serial, deterministic. Throws
-// std::invalid_argument when the sizes do not fit together.
+// map: side x side values, symmetric about the middle of the square: value (i, j) equals value (side - 1 - i,
+// side - 1 - j), of which only one is read. Ring k holds the cells whose centers lie at a distance in [first
+// + k width, first + (k + 1) width) from the middle; first >= 0, width > 0, both in cells. Rings go as far as
+// they fit into the square. O(side^2), serial, deterministic. Throws std::invalid_argument when the sizes do
+// not fit together.
 RadialProfile radial_profile(std::span<const double> map, std::size_t side, double first, double width);
 
 // The same with elliptical rings: the distance of a cell at the offset d from the middle is |stretch d|, for

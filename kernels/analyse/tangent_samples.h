@@ -22,9 +22,8 @@ struct TangentSamples {
   std::size_t count() const { return s1.size(); }
 };
 
-// What spacings whose density 1 / (s1 s2) has the integral `measure` over the domain are multiplied with to
-// be those of `samples` samples: sqrt(measure / samples). Throws std::invalid_argument unless both are
-// positive.
+// The factor that turns spacings whose density 1 / (s1 s2) has the integral `measure` over the domain into
+// those of `samples` samples: sqrt(measure / samples). Throws std::invalid_argument unless both are positive.
 double sample_spacing_scale(double measure, std::uint64_t samples);
 
 // The same with the frames made orthonormal: frame.x along e1. O(N).

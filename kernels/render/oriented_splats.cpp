@@ -76,7 +76,7 @@ PlacedSplat place_splat(const OrientedSplats& splats, std::size_t i, const Splat
   const Vector3 pixel = view.point(triple(splats.centres, i));
   Vector3 normal = view.direction(triple(splats.normals, i));
   const double length = norm(normal);
-  // What is as far outside the picture, or as large, is nothing that floats should count in.
+  // Splats this far outside the picture, or this large, exceed the precision of float.
   constexpr double most = 1e9;
   const double farthest = std::abs(pixel.x) + std::abs(pixel.y) + std::abs(pixel.z) + a + b;
   if (!(a > 0) || !(b > 0) || !(farthest < most) || !(length > 0) || !std::isfinite(length) ||
@@ -179,14 +179,13 @@ TileGrid tiles_of(std::span<const PlacedSplat> placed, const SplatView& view) {
 
 using LinearRgb = std::array<float, 3>;
 
-// What a tile is made of, in cells.
+// The size of a tile in cells.
 struct TileCells {
   std::array<float, fine_side * fine_side> depth, weight;
   std::array<std::array<float, 3>, fine_side * fine_side> normal, color;
 };
 
-// Of every pixel: lit color, summed over the cells that are covered; their share; and the mean of their
-// depths.
+// For every pixel: the lit color, summed over the covered cells; their share; and the mean of their depths.
 struct SplatPixels {
   std::vector<LinearRgb> color;
   std::vector<float> covered, depth;

@@ -47,7 +47,7 @@ struct HalfAxes {
 HalfAxes ellipse_axes(double area, double ratio);
 
 struct SplatLook {
-  double shown = 1;      // share of the half-axes that is painted, (0, 1]; all of it hides what is behind
+  double shown = 1;      // painted share of the half-axes, (0, 1]; all of it hides samples behind
   double thickness = 1;  // splats that lie at most this many of their mean half-axes behind the foremost are
                          // blended with it, >= 0
   bool backs = true;     // also splats whose normals point away from the eye; false: for closed surfaces
@@ -71,13 +71,13 @@ SplatImage draw_splats(const OrientedSplats& splats, const SplatView& view, cons
 
 // Depth of the nearest triangle at the center of every pixel of the view, height x width; minus infinity
 // where there is none. positions: 3 V, in the units of the view; faces: 3 T. Throws std::invalid_argument
-// when a face names a vertex that is not there. O(T + covered pixels).
+// when a face names a vertex that does not exist. O(T + covered pixels).
 std::vector<float> surface_depth(std::span<const double> positions, std::span<const std::uint32_t> faces,
                                  const SplatView& view);
 
-// What of the visible surface no splat covers: pixels whose center is on the surface (`depth`, of
+// The part of the visible surface that no splat covers: pixels whose center is on the surface (`depth`, of
 // surface_depth) but not within a splat that lies at most its longer half-axis before or behind it there.
-// Splats as they are, without the filter of draw_splats. O(n + covered pixels).
+// Splats are used without the filter of draw_splats. O(n + covered pixels).
 struct WhiteSpace {
   std::uint64_t pixels = 0, white = 0;  // of the surface, and of these not covered
   double share() const { return pixels > 0 ? static_cast<double>(white) / static_cast<double>(pixels) : 0.0; }

@@ -27,7 +27,7 @@ Vector3 vector_at(std::span<const float> values, std::size_t i) {
   return {values[3 * i], values[3 * i + 1], values[3 * i + 2]};
 }
 
-// Fits all finite points and their discs into the picture; false when there are none.
+// Fits all finite points and their discs into the picture; false if there are no such points.
 bool place_camera(Camera& camera, std::span<const float> points, double area,
                   const SplatParameters& parameters) {
   static_cast<PictureAxes&>(camera) = picture_axes(parameters.view, parameters.up);

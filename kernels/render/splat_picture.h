@@ -22,10 +22,10 @@ struct SplatParameters {
 // Orthographic view of points as depth-tested round beads on pale discs perpendicular to the normals, lit
 // from both sides (normals may point in or out), hollows darkened by unsharp masking the depth buffer (Luft,
 // Colditz, Deussen 2006), colored by depth; white background; 3 x 3 supersampling. points, normals: 3 n
-// floats, any units; area: of the surface in those units squared (what it is wrong by changes only the size
-// of the beads; 0 or less, or few samples: a radius from the size of the model). Points that are not finite
-// are left out; no point gives a white picture. colors: n of the beads, one for all, or none: by depth. O(n
-// r^2 + size^2). Pure, deterministic. Throws std::invalid_argument when the colors do not fit.
+// floats, any units; area: of the surface in those units squared (an error in it changes only the size of the
+// beads; 0 or less, or few samples: a radius from the size of the model). Points that are not finite are left
+// out; no point gives a white picture. colors: n of the beads, one for all, or none: by depth. O(n r^2 +
+// size^2). Pure, deterministic. Throws std::invalid_argument when the colors do not fit.
 RgbImage splat_picture(std::span<const float> points, std::span<const float> normals, double area,
                        const SplatParameters& parameters = {}, std::span<const SrgbColor> colors = {});
 

@@ -14,8 +14,7 @@ namespace {
 
 constexpr std::int64_t tile_pixels = 64;
 
-// What lies on the paper at a pixel: opaque media the light that it gives, glazes optical densities; and the
-// height of the paint.
+// The paint at a pixel: for opaque media its light, for glazes optical densities; and its height.
 struct Paint {
   float red = 0, green = 0, blue = 0, height = 0;
 };
@@ -144,7 +143,7 @@ void each_pixel(const Stroke& stroke, const BrushTexture& brush, const PixelArea
 // pressure.
 float taken(float p, float cover, float grain) {
   const float threshold = grain * (0.75f - 0.35f * cover);
-  // What valleys get at least fills them in the end.
+  // Valleys get a minimum, which fills them in the end.
   return 0.12f + 0.88f * std::clamp((p - threshold) * 2.2f + 0.5f, 0.0f, 1.0f);
 }
 
@@ -217,7 +216,7 @@ class Painter {
       below.red += cover * (shade * stroke.color[0] - below.red);
       below.green += cover * (shade * stroke.color[1] - below.green);
       below.blue += cover * (shade * stroke.color[2] - below.blue);
-      // The brush levels half of what is there and leaves its own.
+      // The brush levels half of the height below it and leaves its own.
       below.height += cover * (thickness * texel.height - 0.55f * below.height);
     });
   }
@@ -230,7 +229,7 @@ class Painter {
   const std::vector<float>& paper_;
 };
 
-// Where the paper is wet, which it is in patches, washes run into one another: densities become more like
+// Washes run into one another where the paper is wet, which it is in patches: densities become more like
 // those around them. Bare paper stays bare, so that washes keep their outlines.
 void run_together(std::vector<Paint>& picture, const StrokeCanvas& canvas, double wet,
                   const LatticeNoise& noise) {

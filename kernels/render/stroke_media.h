@@ -18,7 +18,7 @@ inline constexpr std::array<std::string_view, 4> stroke_palette_names = {"terrac
 
 using LinearColor = std::array<float, 3>;  // red, green, blue of sRGB's primaries, linear light
 
-// What a brush leaves on flat paper. Shares are of the length or of half the width.
+// The mark of a brush on flat paper. Shares are of the length or of half the width.
 struct BrushShape {
   double bristles = 0;  // streaks across the width; 0: none
   double streak = 0;    // how much paint the gaps between bristles lack, 0..1
@@ -46,7 +46,7 @@ enum class LayerPurpose : std::uint8_t {
 // of the surface / samples of the layer), or in pixels of a picture 1,080 high where `in_pixels`.
 struct StrokeLayer {
   LayerPurpose purpose = LayerPurpose::body;
-  double share = 1;  // the first so many of the samples, 0..1
+  double share = 1;  // share of the samples, the first ones, 0..1
   double width = 0.9;
   double shortest = 1.6, longest = 5;  // by the primary spacing: those of the 5 % and the 95 % quantile
   double opacity = 1;
@@ -88,7 +88,7 @@ struct PaletteColors {
 bool has_tones(StrokeMedium medium);
 StrokeStyle stroke_style(StrokeMedium medium, bool many_tones = false);
 PaletteColors palette_colors(StrokePalette palette);
-// Of a light in [0, 1], clamped.
+// The value for a light, clamped to [0, 1].
 LinearColor palette_color_at(const PaletteColors& palette, double light);
 
 }  // namespace meander

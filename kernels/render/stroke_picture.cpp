@@ -158,7 +158,7 @@ class Planner {
     return layer.ink >= 0 ? 1 : std::clamp(1 - 2.6 * sample.light, 0.0, 1.0);
   }
 
-  // Whether the sample has a stroke in the layer: its rank, as a share, is below what is asked for there.
+  // Whether the sample has a stroke in the layer: its rank, as a share, is below that of the layer there.
   double asked(const SeenSample& sample, const StrokeLayer& layer, const SeenGrid& around) const {
     const StrokeStyle& style = plan_.style;
     switch (layer.purpose) {
@@ -222,7 +222,7 @@ class Planner {
     return sum / static_cast<double>(brush_variations);
   }
 
-  // What a stroke covers, on average over the variations of its brush.
+  // The area that a stroke covers, on average over the variations of its brush.
   double covered_by(const Stroke& stroke, const StrokeLayer& layer, const Sizes& sizes, double across) const {
     return static_cast<double>(stroke.length) * sizes.width * (layer.in_pixels ? 1 : 0.5 + 0.5 * across) *
            mean_cover(stroke.layer, stroke.brush_length);
