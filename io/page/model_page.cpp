@@ -41,10 +41,9 @@ PageFrame make_frame(std::string_view script) {
   const auto fill = [&text](std::string_view mark, std::string_view content) {
     text.replace(text.find(mark), mark.size(), content);
   };
-  fill(policy_mark,
-       fmt::format("default-src 'none'; script-src {}; style-src {}; img-src data: blob:; base-uri "
-                   "'none'; form-action 'none'",
-                   source_hash(script), source_hash(page_parts::style)));
+  fill(policy_mark, fmt::format("default-src 'none'; script-src {}; style-src {}; img-src data: blob:; "
+                                "base-uri 'none'; form-action 'none'",
+                                source_hash(script), source_hash(page_parts::style)));
   fill(style_mark, page_parts::style);
   const std::size_t at = text.find(data_mark);
   return {text.substr(0, at), text.substr(at + data_mark.size())};

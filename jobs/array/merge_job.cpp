@@ -51,8 +51,7 @@ RunOptions options_of(const std::string& path, const StoreReader& store, const M
 void note_builds(const std::set<std::string>& builds) {
   if (builds.size() < 2) return;
   fmt::print(stderr,
-             "meander: {} builds made these rows, which may differ where docs/STORE.md says so "
-             "(Builds):\n",
+             "meander: {} builds made these rows, which may differ where docs/STORE.md says so (Builds):\n",
              builds.size());
   for (const std::string& build : builds) fmt::print(stderr, "  {}\n", build);
 }
@@ -260,10 +259,9 @@ JobFunction add_merge_job(Command& program, const Laboratory* laboratory) {
       .add_option("STORE", options->inputs, "STORE.run of `meander plan`, or stores of the same parameters")
       .required();
   command.add_option("-o,--output", options->output, "The store to write, for finished stores");
-  command.add_option(
-      "--pack-size", options->pack_size,
-      "Write a store larger than this (100G, say; before compression, without ids) as packs of "
-      "at most this size, of 4,096 rows or more, and an index; for STORE.run");
+  command.add_option("--pack-size", options->pack_size,
+                     "Write a store larger than this (100G, say; before compression, without ids) as packs "
+                     "of at most this size, of 4,096 rows or more, and an index; for STORE.run");
   command.add_flag("--fresh", options->fresh, "Replace a store of this name");
   add_trust_option(command, options->check);
   command.add_flag("--json", options->json, "The summary as JSON on standard output");

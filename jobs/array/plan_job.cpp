@@ -43,8 +43,8 @@ class PlanJob {
     if (run_.fresh) discard_run(run_.store);
     if (read_run_plan(run_.store))
       throw UsageError(
-          fmt::format("`{}.run` holds an unfinished run of one process: repeat the command that began "
-                      "it, or discard it with --fresh",
+          fmt::format("`{}.run` holds an unfinished run of one process: repeat the command that began it, or "
+                      "discard it with --fresh",
                       run_.store));
     if (read_run_array(run_.store))
       throw UsageError(fmt::format(

@@ -138,10 +138,10 @@ void resolve_describe_options(DescribeOptions& options) {
                                    fmt::join(descriptor_names, ", ")));
   const bool meshes = std::any_of(describe.descriptors.begin(), describe.descriptors.end(), needs_mesh);
   if (problems.empty() && meshes && options.inputs.empty())
-    problems.push_back(fmt::format(
-        "{} need the meshes, whose paths a store does not keep: give the inputs of the run after the "
-        "store (meander describe STORE INPUT... --descriptors ...)",
-        described_by_meshes()));
+    problems.push_back(
+        fmt::format("{} need the meshes, whose paths a store does not keep: give the inputs of the run after "
+                    "the store (meander describe STORE INPUT... --descriptors ...)",
+                    described_by_meshes()));
   if (problems.empty() && !meshes && !options.inputs.empty())
     problems.push_back(
         fmt::format("{} needs no meshes: leave `{}` out", options.descriptors, options.inputs.front()));

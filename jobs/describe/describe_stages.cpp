@@ -46,9 +46,10 @@ void read_mesh_of_row(const Describer& describer, GraphItem& item) {
     const std::uint64_t needed =
         estimate_bytes(needs, describer.meshes, oneapi::tbb::this_task_arena::max_concurrency());
     if (needed > describer.memory_bytes && !describer.allow_oversize)
-      throw ItemError(Status::too_large, fmt::format("needs about {} MiB, --memory leaves {} MiB for models "
-                                                     "(raise it, or --allow-oversize)",
-                                                     needed >> 20, describer.memory_bytes >> 20));
+      throw ItemError(
+          Status::too_large,
+          fmt::format("needs about {} MiB, --memory leaves {} MiB for models (raise it, or --allow-oversize)",
+                      needed >> 20, describer.memory_bytes >> 20));
     if (needed > item.reserved_bytes) throw NeedsMoreMemory(needed);
   };
   PolygonMesh& mesh = item.model.file;

@@ -19,10 +19,9 @@ constexpr Word<FolderLayout> layout_words[] = {{"auto", FolderLayout::automatic}
 }  // namespace
 
 void add_list_options(Command& command, InputOptions& options) {
-  command.add_option(
-      "--root", options.root,
-      "Folder that the ids of lists are relative to (default: the one that made the store, else "
-      "the longest folder common to all paths)");
+  command.add_option("--root", options.root,
+                     "Folder that the ids of lists are relative to (default: the one that made the store, "
+                     "else the longest folder common to all paths)");
   command.add_flag("-0,--null", options.null_lists,
                    "Paths of lists end with a NUL byte, as find -print0 writes them");
 }

@@ -156,11 +156,10 @@ class Collector {
     for (std::size_t i = 0; i < paths.size(); ++i) {
       const fs::path id = paths[i].lexically_relative(root);
       if (id.empty() || id == "." || *id.begin() == "..")
-        throw UsageError("`" + search.files[i].shown().string() + "` is outside `" + root.string() +
-                         "`, the root of the ids of lists" +
-                         (options_.root.empty() ? " since the store was made" : "") +
-                         ": give --root with a folder above all paths (other ids: a new store), or leave "
-                         "the path out");
+        throw UsageError(
+            "`" + search.files[i].shown().string() + "` is outside `" + root.string() +
+            "`, the root of the ids of lists" + (options_.root.empty() ? " since the store was made" : "") +
+            ": give --root with a folder above all paths (other ids: a new store), or leave the path out");
       const std::string text = id.generic_string();
       found.push_back({text, search.files[i], {}, Split::none, true, std::max(depth_of(text), 1u)});
     }

@@ -356,8 +356,7 @@ class LabelReader {
   [[noreturn]] void fail_form() const {
     fail(
         "unknown form of JSON: give a list of ids or of objects with an id, lists of ids by class or by "
-        "split, "
-        "splits by id, or taxonomy.json");
+        "split, splits by id, or taxonomy.json");
   }
 
   // Every entry has a class or a split.

@@ -75,8 +75,7 @@ int measure(const MeasureOptions& options) {
   } else {
     if (options.surface.empty())
       throw UsageError("measure " + options.what +
-                       " needs --surface: plane, sphere, a mesh file, or the folder "
-                       "of a store's models");
+                       " needs --surface: plane, sphere, a mesh file, or the folder of a store's models");
     PointSets sets(options.inputs, options.check);
     MeasuredSurfaces surfaces(options.surface);
     table = chosen.table(sets, surfaces, options);
@@ -113,10 +112,9 @@ JobFunction add_measure_job(Command& program) {
                   "Stores (FILE.h5: all ok items, FILE.h5::ITEM: one), point files (.ply .xyz .txt .csv .pts "
                   ".off .npy); two meshes for distance")
       .required();
-  command.add_option(
-      "--surface", options->surface,
-      "Surface of the points: plane (unit square), sphere (unit sphere), a mesh file, or the folder of "
-      "a store's models");
+  command.add_option("--surface", options->surface,
+                     "Surface of the points: plane (unit square), sphere (unit sphere), a mesh file, or the "
+                     "folder of a store's models");
   command
       .add_option("--shapes", options->shapes,
                   "Number of test shapes, 1 to 200000 (default: 1000 boxes, 256 ring seeds, 4096 planar "

@@ -126,10 +126,8 @@ PreparedMesh MeasuredSurfaces::load_item(const std::string& id) {
     }
   const auto found = items_.find(id);
   if (found == items_.end())
-    throw UsageError(
-        fmt::format("--surface: `{}` has no item `{}`: give the input of the store, or the mesh "
-                    "itself",
-                    argument_, id));
+    throw UsageError(fmt::format(
+        "--surface: `{}` has no item `{}`: give the input of the store, or the mesh itself", argument_, id));
   const PlanItem& item = found->second;
   return about_file(item.path.string(), [&] {
     if (!item.known_format) throw UsageError("`" + item.path.string() + "` is no mesh file");
@@ -189,8 +187,7 @@ void check_mesh(const MeasuredSet& set, const MeasuredSurface& surface) {
   if (few_of * far > set.count())
     throw UsageError(
         fmt::format("{} of {} points of {} lie farther from the surface than 0.1 % of its diagonal (the "
-                    "farthest {:.3g} %): "
-                    "is it the surface that they were sampled from?",
+                    "farthest {:.3g} %): is it the surface that they were sampled from?",
                     far, set.count(), set.name,
                     100 * *std::max_element(found.distance.begin(), found.distance.end()) / diagonal));
 }

@@ -131,10 +131,10 @@ std::string draw_plot(std::string_view json) {
   }
   if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return output.content();
   if (WIFEXITED(status) && WEXITSTATUS(status) == matplotlib_missing)
-    throw UsageError(fmt::format(
-        "plots need matplotlib, which `{}` does not have: install python3-matplotlib, or leave the "
-        "picture out",
-        words.front()));
+    throw UsageError(
+        fmt::format("plots need matplotlib, which `{}` does not have: install python3-matplotlib, or leave "
+                    "the picture out",
+                    words.front()));
   throw std::runtime_error("the plot could not be drawn: " + errors.content());
 }
 

@@ -132,10 +132,10 @@ class Subjects {
     guard.protect(path, "the store itself");
     store_ = std::make_unique<StoreReader>(path, options.check);
     if (!store_->columns().tensors)
-      throw UsageError(fmt::format(
-          "`{}` has no directions for strokes: make it with `meander run --method anisotropic`, or give the "
-          "meshes instead of it",
-          path));
+      throw UsageError(
+          fmt::format("`{}` has no directions for strokes: make it with `meander run --method anisotropic`, "
+                      "or give the meshes instead of it",
+                      path));
     store_->require(SampleColumn::tensor, "`render strokes`");
     store_->require(SampleColumn::normals, "`render strokes`");
     for (const std::string& item : options.items) rows_.push_back(find_item(*store_, item));
@@ -360,10 +360,9 @@ JobFunction add_strokes(Command& render) {
   Command command = render.add_subcommand("strokes", "Paint models in brush strokes (PNG)");
   auto options = std::make_shared<StrokesOptions>();
   command
-      .add_option(
-          "INPUT", options->inputs,
-          "Meshes, which are sampled first; or a store of `run --method anisotropic`, followed by the "
-          "inputs of its run for the meshes (default: strokes without surfaces)")
+      .add_option("INPUT", options->inputs,
+                  "Meshes, which are sampled first; or a store of `run --method anisotropic`, followed by "
+                  "the inputs of its run for the meshes (default: strokes without surfaces)")
       .required();
   command.add_option("-o,--output", options->output, "The picture, a .png file").required();
   command.add_option("--item", options->items, "Ids or row numbers of models of the store (default: all)");

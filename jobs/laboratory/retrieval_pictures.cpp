@@ -197,10 +197,9 @@ void write_evaluation_page(const std::filesystem::path& file, const EvaluationPa
       {.heading = "Classes", .tables = {{"means over the queries of a class", page.classes, true}}});
   html.figures.push_back(
       {.heading = "Worst confusions",
-       .paragraphs =
-           {{"",
-             "Queries whose nearest model is of another class, the most decided first: by the distance "
-             "to it over the distance to the nearest model of their own class."}},
+       .paragraphs = {{"",
+                       "Queries whose nearest model is of another class, the most decided first: by the "
+                       "distance to it over the distance to the nearest model of their own class."}},
        .tables = {{"", page.confusions, true}}});
   replace_file(file, html_page(html));
 }

@@ -109,8 +109,8 @@ int render_turntable(const TurntableOptions& options) {
   const FrameNames names(options.output);
   if (store.order() != "progressive")
     throw UsageError(
-        fmt::format("`{}` is in order of the curve: views are thinned from samples in progressive "
-                    "order, the default of `run`",
+        fmt::format("`{}` is in order of the curve: views are thinned from samples in progressive order, the "
+                    "default of `run`",
                     options.store));
   store.require(SampleColumn::normals, "`render turntable`");
   store.require(store.columns().tensors ? SampleColumn::tensor : SampleColumn::density, "`render turntable`");
@@ -182,10 +182,9 @@ JobFunction add_turntable(Command& render) {
       .show_default()
       .range(-85.0, 85.0);
   command
-      .add_option(
-          "--samples", options->samples,
-          "Samples of a view in which the model looks as large as on average over all (default: as many "
-          "as keep all samples along the silhouette)")
+      .add_option("--samples", options->samples,
+                  "Samples of a view in which the model looks as large as on average over all (default: as "
+                  "many as keep all samples along the silhouette)")
       .range(1, 100000000);
   command.add_flag("--both-sides", options->both_sides,
                    "Also keep samples that face away, for surfaces whose normals do not point outward");

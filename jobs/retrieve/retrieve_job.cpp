@@ -80,9 +80,7 @@ NearestModels nearest_models(const RetrievalTask& task, std::size_t query, std::
 void check_parts(const EvaluateOptions& options) {
   const bool writes = !options.scores_file.empty(), reads = !options.score_files.empty();
   if (options.shard.empty() == writes)
-    throw UsageError(
-        "--shard i/n and --write-scores FILE go together: give both, for the scores of one part of the "
-        "queries");
+    throw UsageError("--shard i/n and --write-scores FILE go together: give both, or neither");
   if (writes && reads) throw UsageError("--write-scores and --read-scores exclude each other");
   const std::vector<std::pair<const char*, bool>> given = {
       {"--matrix", !options.matrix.empty()},   {"--html", !options.html.empty()},
@@ -381,18 +379,16 @@ JobFunction add_retrieve_job(Command& program, const Laboratory* laboratory) {
                  "Rules of psbTable: ties in row order; averages leave tiny and miscellaneous classes out");
   judge.add_flag("--per-class", options->per_class,
                  "Print the scores of every class, and draw them in the picture");
-  judge.add_option(
-      "--matrix", options->matrix,
-      "Write all distances to this file: N x N float32 in row order, no header; FILE.ids.csv has the row and "
-      "the id of each line");
+  judge.add_option("--matrix", options->matrix,
+                   "Write all distances to this file: N x N float32 in row order, no header; FILE.ids.csv "
+                   "has the row and the id of each line");
   judge.add_option("--picture", options->picture, "Plot precision over recall to this SVG file");
   judge.add_option(
       "--confusion", options->confusion,
       "Draw the confusion matrix (class of the query, class of the nearest model) to this SVG or PNG file");
-  judge.add_option(
-      "--html", options->html,
-      "Write a page with all of this to this file, and with every descriptor of the store on its own and the "
-      "worst confusions");
+  judge.add_option("--html", options->html,
+                   "Write a page with all of this to this file, and with every descriptor of the store on "
+                   "its own and the worst confusions");
   judge.add_option("--shard", options->shard,
                    "Score only part i of n of the queries, from 0/n, into the file of --write-scores");
   judge.add_option("--write-scores", options->scores_file, "Write the scores of --shard to this file");

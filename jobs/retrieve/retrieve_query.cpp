@@ -177,8 +177,7 @@ void ask_meshes(const StoreReader& store, const RetrievalBase& base, const Query
   if (store.method_version() != store_method_version)
     fmt::print(stderr,
                "`{}` was sampled by method version {}, but the queries by version {}: the distance of a "
-               "model to itself "
-               "is small, not 0\n",
+               "model to itself is small, not 0\n",
                options.store, store.method_version(), store_method_version);
   std::vector<DescriptorSchema> schemas;
   for (const DescriptorTerm& term : base.terms) schemas.push_back(term.schema);
@@ -199,10 +198,10 @@ constexpr std::size_t max_pictures = 400;
 void check_picture_size(const QueryOptions& options, std::size_t queries, std::uint64_t rows) {
   const std::uint64_t across = 1 + std::min<std::uint64_t>(options.k, rows);
   if (!options.picture.empty() && queries * across > max_pictures)
-    throw UsageError(fmt::format(
-        "--picture: {} queries with up to {} models each are more than {} pictures: give a smaller "
-        "-k or fewer queries",
-        queries, across - 1, max_pictures));
+    throw UsageError(
+        fmt::format("--picture: {} queries with up to {} models each are more than {} pictures: give a "
+                    "smaller -k or fewer queries",
+                    queries, across - 1, max_pictures));
 }
 
 // Answers all queries by one pass over the store.

@@ -108,10 +108,10 @@ std::uint32_t largest_combination(std::uint32_t count, std::uint32_t most) {
     all += of_size;
     if (all <= max_combinations) continue;
     if (most == 0 && size > 1) return size - 1;
-    throw UsageError(fmt::format(
-        "{} descriptors have more than {} combinations of up to {}: give a smaller --most, or list some with "
-        "--descriptors",
-        count, max_combinations, size));
+    throw UsageError(
+        fmt::format("{} descriptors have more than {} combinations of up to {}: give a smaller --most, or "
+                    "list some with --descriptors",
+                    count, max_combinations, size));
   }
   return most == 0 ? count : std::min(most, count);
 }
@@ -474,8 +474,7 @@ void print_text(const SelectOptions& options, const Selection& selection, const 
       text_table(left_out_table(selection.given, base, task)));
   if (selection.learnt)
     fmt::print(
-        "\nthe same with weights learned from the others: the fewest descriptors that are as good as the "
-        "best\n{}",
+        "\nthe same with weights learned from the others: the fewest descriptors as good as the best\n{}",
         text_table(left_out_table(*selection.learnt, base, task)));
   fmt::print("\nchoices, scored over all queries; a class has no part in a choice by the other classes\n{}",
              text_table(choice_table(selection)));
@@ -512,14 +511,13 @@ JobFunction add_select_command(Command& retrieve) {
   const Option listed =
       command
           .add_option("--descriptors", options->descriptors,
-                      "Combinations, separated by commas, such as d2,d2+geodesic,pairs=2+d2 "
-                      "(default: all combinations of the store's histograms)")
+                      "Combinations, separated by commas, such as d2,d2+geodesic,pairs=2+d2 (default: all "
+                      "combinations of the store's histograms)")
           .separator(',');
   command
       .add_option("--most", options->most,
                   "Maximum number of descriptors in a combination, 1 to 10, without --descriptors (default: "
-                  "as many as "
-                  "give 1,023 combinations or fewer)")
+                  "as many as give 1,023 combinations or fewer)")
       .range(1, 10)
       .excludes(listed);
   command

@@ -129,10 +129,9 @@ std::vector<QueryScores> read_scores(std::span<const std::string> paths, const S
   if (missing != taken.end())
     throw RunError(
         RunError::Kind::unusable,
-        fmt::format(
-            "{0} of {1} queries are missing from the files of scores: the first is in shard i/n with i = "
-            "({2} n - 1) / {1}, rounded down",
-            std::count(taken.begin(), taken.end(), 0), taken.size(), missing - taken.begin() + 1));
+        fmt::format("{0} of {1} queries are missing from the files of scores: the first is in shard i/n with "
+                    "i = ({2} n - 1) / {1}, rounded down",
+                    std::count(taken.begin(), taken.end(), 0), taken.size(), missing - taken.begin() + 1));
   return scores;
 }
 

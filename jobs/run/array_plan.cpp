@@ -244,8 +244,7 @@ void add_plan_command(Command& program, PlanOptions& options, RunOptionTexts& te
       .range(0.01, 10000.0);
   array
       .add_option("--max-array", options.max_tasks,
-                  "Maximum number of tasks of an array (Slurm: MaxArraySize); with more shards, each task "
-                  "does several")
+                  "Maximum tasks of an array (Slurm: MaxArraySize); with more shards, each task does several")
       .show_default()
       .range(std::uint64_t{1}, std::uint64_t{4000001});
   array

@@ -47,18 +47,17 @@ class RunJob {
     std::optional<RunPlan> unfinished;
     if (!options_.fresh) {
       if (read_run_array(options_.store))
-        throw UsageError(fmt::format(
-            "`{0}.run` is divided among many processes: continue with `meander run {0}.run`, `meander "
-            "status {0}.run` and `meander merge {0}.run`, or discard it with --fresh",
-            options_.store));
+        throw UsageError(
+            fmt::format("`{0}.run` is divided among many processes: continue with `meander run {0}.run`, "
+                        "`meander status {0}.run` and `meander merge {0}.run`, or discard it with --fresh",
+                        options_.store));
       unfinished = read_run_plan(options_.store);
       options_.collect.remembered_root = earlier_root(unfinished);
     }
     inputs_ = collect_run_inputs(options_);
     if (retry_.vanished && !inputs_.notes.unread.empty())
       throw UsageError(
-          "--retry vanished: items in the folders that could not be read may still exist; make these folders "
-          "readable first");
+          "--retry vanished: items in unread folders may still exist; make the folders readable first");
     if (options_.dry_run && options_.json)
       throw UsageError("--dry-run prints a plan and --json a summary of a run: give one of them");
     check_run_outputs(options_, inputs_);
@@ -174,8 +173,8 @@ class RunJob {
                                    options_.store, unfinished.purpose));
     if (!unfinished.header.ids.empty() && !has_input_of(unfinished))
       throw UsageError(
-          fmt::format("`{}.run` was begun with other inputs: its items look like `{}`, those of this "
-                      "command like `{}` (give the same INPUT, or --fresh)",
+          fmt::format("`{}.run` was begun with other inputs: its items look like `{}`, those of this command "
+                      "like `{}` (give the same INPUT, or --fresh)",
                       options_.store, unfinished.header.ids.front(), inputs_.items.front().id));
     if (!unfinished.root.empty() && unfinished.root != inputs_.root && !has_new_input_of(unfinished))
       throw UsageError(
@@ -212,8 +211,7 @@ class RunJob {
   void require_same_parameters(const StoreReader& store) const {
     if (const std::string otherwise = parameter_mismatch(store, header_); !otherwise.empty())
       throw UsageError(
-          fmt::format("`{}` was made with other parameters: {} (--fresh replaces it, or choose "
-                      "another name)",
+          fmt::format("`{}` was made with other parameters: {} (--fresh replaces it, or choose another name)",
                       options_.store, otherwise));
     if (!store.label_names().empty() && header_.label_names.empty())
       throw UsageError(

@@ -287,11 +287,10 @@ void add_surface_options(Command& command, SurfaceOptions& options) {
   for (const std::string_view name : surface_names())
     names += (names.empty() ? "" : ", ") + std::string(name);
   command
-      .add_option(
-          "SURFACE", options.surfaces,
-          "Names (" + names +
-              "), formulas for x, y, z in u and v of [0, 1], as \"u, v, sin(6*u)\", FILE.nurbs (control "
-              "net as text), FILE.png (height field)")
+      .add_option("SURFACE", options.surfaces,
+                  "Names (" + names +
+                      "), formulas for x, y, z in u and v of [0, 1], as \"u, v, sin(6*u)\", FILE.nurbs "
+                      "(control net as text), FILE.png (height field)")
       .required();
   command.add_option("-o,--output", options.store, "The store to write (HDF5)").required();
   options.settings.add(command, surface_settings(), options.sample);
