@@ -211,7 +211,7 @@ TEST_CASE("retrieve evaluate: parts of the queries, put together, score as all a
   REQUIRE(evaluate({"--shard", "0/2", "--write-scores", scratch / "a"}).exit_code == 0);
   REQUIRE(evaluate({"--shard", "1/2", "--write-scores", scratch / "b"}).exit_code == 0);
   fails({"--read-scores", scratch / "a"}, "5 of 9 queries are missing from the files");
-  fails({"--read-scores", scratch / "a", scratch / "a", scratch / "b"}, "is in a file before it");
+  fails({"--read-scores", scratch / "a", scratch / "a", scratch / "b"}, "is in an earlier file");
   fails({"--distance", "l2", "--read-scores", scratch / "a", scratch / "b"},
         "distance, classes or rules differ");
   const std::string bytes = read_file(scratch / "b");
@@ -223,8 +223,8 @@ TEST_CASE("retrieve evaluate: parts of the queries, put together, score as all a
   }
   write_file(scratch / "b", bytes.substr(0, 20));
   fails({"--read-scores", scratch / "a", scratch / "b"}, "is not a file of scores");
-  fails({"--shard", "0/2"}, "belong together");
-  fails({"--write-scores", scratch / "c"}, "belong together");
+  fails({"--shard", "0/2"}, "go together");
+  fails({"--write-scores", scratch / "c"}, "go together");
   fails({"--shard", "0/2", "--write-scores", store}, "the store itself");
   fails({"--shard", "0/2", "--write-scores", scratch / "c", "--matrix", scratch / "m"},
         "scores of all queries");

@@ -239,7 +239,7 @@ TEST_CASE("second run: --dry-run says what would be done with the store that is 
   const Collection c;
   CHECK_FALSE(says(c.run({"--dry-run"}), "the store has"));
   REQUIRE(run_process(c.command(), with_fault("stop:m3")).exit_code == 75);
-  CHECK(says(c.run({"--dry-run"}), "an unfinished run of 6 models is continued"));
+  CHECK(says(c.run({"--dry-run"}), "an unfinished run of 6 models would be continued"));
   REQUIRE(c.run().exit_code == 0);
   c.add("b.off", 50);
   fs::remove(c.in / "m0.off");
