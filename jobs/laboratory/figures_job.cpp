@@ -61,7 +61,7 @@ JobFunction add_figures_job(Command& program) {
       .separator(',');
   command.add_option(
       "--view", options->view,
-      "Direction from the models towards the eye, X,Y,Z (default: from the front, right and above)");
+      "Direction from the models towards the eye, X,Y,Z (default: in front, to the right and above)");
   command.add_option("--up", options->up, "The axis of the models that points up (default: y)")
       .one_of({"x", "y", "z"});
   command.add_option("--size", options->size, "Pixels of a picture of a model, 64 to 4096").range(64, 4096);

@@ -47,4 +47,20 @@ Vector3 view_of(const std::string& text, const std::string& up) {
   return view;
 }
 
+void add_view_options(Command& command, std::string& up, std::string& view) {
+  command.add_option("--up", up, "The axis of the models that points up")
+      .show_default()
+      .one_of({"x", "y", "z"});
+  command.add_option(
+      "--view", view,
+      "Direction from the model towards the eye, X,Y,Z (default: in front, to the right and above)");
+}
+
+void add_drawing_options(Command& command, std::string& memory, int& threads) {
+  command.add_option("--memory", memory, "Limit of the memory for models and pictures").show_default();
+  command.add_option("-j,--threads", threads, "Threads, up to 1024 (0: all available)")
+      .show_default()
+      .range(0, 1024);
+}
+
 }  // namespace meander

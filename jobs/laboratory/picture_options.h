@@ -3,9 +3,15 @@
 
 #include <string>
 
+#include "jobs/cli/command_line.h"
 #include "kernels/core/vector3.h"
 
 namespace meander {
+
+// --up and --view of the commands that draw models.
+void add_view_options(Command& command, std::string& up, std::string& view);
+// --memory and --threads of the commands that draw models.
+void add_drawing_options(Command& command, std::string& memory, int& threads);
 
 // The vector of "x,y,z", three numbers that are not all 0, scaled so that the largest is 1. Throws
 // UsageError, which names `option`.

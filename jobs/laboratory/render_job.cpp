@@ -192,17 +192,8 @@ JobFunction add_pictures(Command& render, const StyleWords& words) {
                      "Also draw the inside of closed surfaces, which shows through gaps");
     command.add_flag("--round", sizes.round, "Draw anisotropic samples as discs, too");
   }
-  command.add_option("--up", options->up, "The axis of the models that points up")
-      .show_default()
-      .one_of({"x", "y", "z"});
-  command.add_option(
-      "--view", options->view,
-      "Direction from the model towards the eye, X,Y,Z (default: in front, to the right and above)");
-  command.add_option("--memory", options->memory, "Limit of the memory for pictures and meshes")
-      .show_default();
-  command.add_option("-j,--threads", options->threads, "Threads, up to 1024 (0: all available)")
-      .show_default()
-      .range(0, 1024);
+  add_view_options(command, options->up, options->view);
+  add_drawing_options(command, options->memory, options->threads);
   if (words.input != nullptr) add_list_options(command, options->collect);
   add_trust_option(command, options->check);
   return [options] { return render_sheet(*options); };

@@ -335,12 +335,7 @@ void add_look_options(Command& command, StrokesOptions& options) {
       .add_option("--columns", options.columns,
                   "Pictures in a row, for several (default: a sheet of about 4 : 3)")
       .range(1, static_cast<int>(max_pictures));
-  command.add_option("--up", options.up, "The axis of the models that points up")
-      .show_default()
-      .one_of({"x", "y", "z"});
-  command.add_option(
-      "--view", options.view,
-      "Direction from the model towards the eye, X,Y,Z (default: in front, to the right and above)");
+  add_view_options(command, options.up, options.view);
   command.add_option(
       "--light", options.light,
       "Direction towards the light, as the eye sees it: RIGHT,UP,NEAR (default: -0.6,0.62,0.5)");
@@ -367,11 +362,7 @@ JobFunction add_strokes(Command& render) {
   command.add_option("-o,--output", options->output, "The picture, a .png file").required();
   command.add_option("--item", options->items, "Ids or row numbers of models of the store (default: all)");
   add_look_options(command, *options);
-  command.add_option("--memory", options->memory, "Limit of the memory for pictures and meshes")
-      .show_default();
-  command.add_option("-j,--threads", options->threads, "Threads, up to 1024 (0: all available)")
-      .show_default()
-      .range(0, 1024);
+  add_drawing_options(command, options->memory, options->threads);
   add_list_options(command, options->collect);
   add_trust_option(command, options->check);
   return [options] { return render_strokes(*options); };

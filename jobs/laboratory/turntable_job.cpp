@@ -199,11 +199,7 @@ JobFunction add_turntable(Command& render) {
       .show_default()
       .range(0.05, 16.0);
   command.add_flag("--round", options->sizes.round, "Draw anisotropic samples as discs, too");
-  command.add_option("--memory", options->memory, "Limit of the memory for samples and a picture")
-      .show_default();
-  command.add_option("-j,--threads", options->threads, "Threads, up to 1024 (0: all available)")
-      .show_default()
-      .range(0, 1024);
+  add_drawing_options(command, options->memory, options->threads);
   add_trust_option(command, options->check);
   return [options] { return render_turntable(*options); };
 }

@@ -1,6 +1,7 @@
 // The commands of `meander retrieve`, and the scores that two of them print.
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "io/table/table.h"
@@ -14,6 +15,9 @@ namespace meander {
 JobFunction add_query_command(Command& retrieve, const Laboratory* laboratory);
 // select: scores every setting, and judges the choice among them on classes left out.
 JobFunction add_select_command(Command& retrieve);
+
+// --classes and --psb-compat.
+void add_scoring_options(Command& command, std::string& classes, bool& psb_compat);
 
 // The columns of the scores in a table, and their cells, appended to those of a row.
 void add_score_columns(std::vector<TableColumn>& columns);

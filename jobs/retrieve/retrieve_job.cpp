@@ -354,6 +354,12 @@ int evaluate(const EvaluateOptions& options, const Laboratory* laboratory) {
 
 }  // namespace
 
+void add_scoring_options(Command& command, std::string& classes, bool& psb_compat) {
+  command.add_option("--classes", classes, "Princeton .cla file (default: the labels of the store)");
+  command.add_flag("--psb-compat", psb_compat,
+                   "Rules of psbTable: ties in row order; averages leave tiny and miscellaneous classes out");
+}
+
 void add_score_columns(std::vector<TableColumn>& columns) {
   columns.insert(columns.end(), {{"NN"}, {"1st tier"}, {"2nd tier"}, {"E-measure"}, {"DCG"}, {"mAP"}});
 }
@@ -373,10 +379,7 @@ JobFunction add_retrieve_job(Command& program, const Laboratory* laboratory) {
   Command judge = command.add_subcommand(
       "evaluate", "Use every model as a query: scores, precision over recall, confusion of classes");
   add_compare_options(judge, *options);
-  judge.add_option("--classes", options->classes,
-                   "Princeton .cla file (default: the labels of the store); it orders the rows of --matrix");
-  judge.add_flag("--psb-compat", options->psb_compat,
-                 "Rules of psbTable: ties in row order; averages leave tiny and miscellaneous classes out");
+  add_scoring_options(judge, options->classes, options->psb_compat);
   judge.add_flag("--per-class", options->per_class,
                  "Print the scores of every class, and draw them in the picture");
   judge.add_option("--matrix", options->matrix,

@@ -535,9 +535,7 @@ JobFunction add_select_command(Command& retrieve) {
       .show_default()
       .one_of({"given", "learnt"});
   command.add_option("--memory", options->memory, "Limit of the memory of the whole process").show_default();
-  command.add_option("--classes", options->classes, "Princeton .cla file (default: the labels of the store)");
-  command.add_flag("--psb-compat", options->psb_compat,
-                   "Rules of psbTable: ties in row order; averages leave tiny and miscellaneous classes out");
+  add_scoring_options(command, options->classes, options->psb_compat);
   command.add_option("--show", options->show, "Settings to print (0: all); files always contain all")
       .show_default();
   command.add_flag("--json", options->json, "Print the results as JSON");

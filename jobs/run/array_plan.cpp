@@ -22,7 +22,6 @@
 #include "jobs/cli/usage_error.h"
 #include "jobs/inputs/input_options.h"
 #include "jobs/inputs/label_file.h"
-#include "jobs/rows/tensor_files.h"
 #include "jobs/run/array_script.h"
 
 namespace meander {
@@ -71,14 +70,6 @@ class OpenArchives {
 };
 
 }  // namespace
-
-Inputs collect_run_inputs(const RunOptions& options) {
-  Inputs inputs = collect_inputs(options.inputs, options.collect);
-  print_unread(inputs.notes);
-  plan_tensor_files(options.sample.tensor, inputs.items);
-  if (inputs.items.empty()) throw UsageError("no mesh file (" + mesh_extensions() + ") in the input");
-  return inputs;
-}
 
 void check_run_outputs(const RunOptions& options, const Inputs& inputs) {
   std::vector<fs::path> read = input_files(options.inputs, inputs.items);

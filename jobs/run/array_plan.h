@@ -15,9 +15,6 @@
 
 namespace meander {
 
-// The inputs of a run: collected, with their files of tensors; unread folders are named on standard error.
-// Throws UsageError when there is no mesh file.
-Inputs collect_run_inputs(const RunOptions& options);
 // Checks everything that the run writes (check_run_outputs) against its inputs and files of labels.
 void check_run_outputs(const RunOptions& options, const Inputs& inputs);
 
