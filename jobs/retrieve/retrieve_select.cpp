@@ -292,8 +292,8 @@ class LearntChoice {
   template <class CourseOf>
   std::size_t choose(std::size_t without, const CourseOf& course_of) {
     std::vector<const RatedSetting*> rated;
-    std::vector<std::pair<const DistanceTrial*, std::size_t>>
-        from;  // numbers beyond those tried: of the course
+    // Numbers beyond those of the tried combinations are those of the course.
+    std::vector<std::pair<const DistanceTrial*, std::size_t>> from;
     for (const DistanceTrial& trial : trials_) {
       for (std::size_t s = 0; s < trial.rated.size(); ++s) {
         rated.push_back(&trial.rated[s]);

@@ -78,11 +78,12 @@ enum class DifferenceUnits : std::uint8_t {
 // 1 / sqrt(s1 s2) instead of S^-1, kept while both terms are within reach.
 struct TensorDifferenceParameters {
   DifferenceUnits units = DifferenceUnits::spacings;
-  bool principal_axes = true;  // in the plane: x of the map is e1 of either sample; false: x of the plane.
-                               // On surfaces it is always e1
-  std::span<const std::uint8_t> counted = {};  // one a sample, or none: pairs count in the frame of samples
-                                               // where it is not zero, each for one half
-  double min_normal_cosine = 0.2;              // on surfaces, as in SurfaceDifferenceParameters
+  // In the plane: x of the map is e1 of either sample; false: x of the plane. On surfaces it is always e1.
+  bool principal_axes = true;
+  // One value per sample, or empty: pairs count, each for one half, in the frame of samples with values other
+  // than 0.
+  std::span<const std::uint8_t> counted = {};
+  double min_normal_cosine = 0.2;  // on surfaces, as in SurfaceDifferenceParameters
 };
 void add_anisotropic_differences(DifferenceMap& map, std::span<const double> x, std::span<const double> y,
                                  std::span<const TangentTensor> log_spacing,

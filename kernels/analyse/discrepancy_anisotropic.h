@@ -18,9 +18,9 @@ struct Parallelogram {
 
 struct AnisotropicDiscrepancyParameters {
   ShapeParameters shapes;  // of every window and every kind; the same shapes in all windows
-  std::uint32_t windows =
-      1;                 // 1: in the middle of the domain; more: anywhere in it at random; 1..4096.
-                         // One suffices, and is taken, where the window cannot move (ratio 1 in a square)
+  // 1: in the middle of the domain; more: at random anywhere in it; 1..4096. One is used if the window cannot
+  // move (ratio 1 in a square).
+  std::uint32_t windows = 1;
   Parallelogram domain;  // not flat
 };
 
@@ -30,8 +30,7 @@ struct AnisotropicDiscrepancy {
   double points = 0;          // in a window: errors are to be compared, and slopes fitted, over this number
   double window_share = 0;    // of the domain
   std::uint32_t windows = 0;  // that held points; the others do not count
-  double windows_stable =
-      0;  // share of (window, kind) whose maximum the rule of ShapeParameters found stable
+  double windows_stable = 0;  // share of (window, kind) with a maximum that ShapeParameters calls stable
 };
 
 // N points (x, y) in the domain. HOW THE BORDER IS TREATED: all is measured in a window, the largest disk of

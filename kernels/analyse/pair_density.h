@@ -29,8 +29,9 @@ struct DipParameters {
 struct Dip {
   bool found = false;
   double signal_to_noise = 0;  // of the dip under the first window: about N(0, 1) for independent samples
-  double depth = 0;  // of the dip, as a Gaussian; 1: no sample has another right beside it. Not found:
-                     // the mean of 1 - g under the first window
+  // The depth of the dip, as a Gaussian; 1: no sample has another right beside it. If no dip is found, the
+  // mean of 1 - g under the first window.
+  double depth = 0;
   // Where found, else 0: standard deviations (moments) or half-axes (contour) along and across the long axis,
   // units of the map; their ratio >= 1; the angle of the long axis against the map's x axis in (-pi/2, pi/2].
   double first = 0, second = 0, ratio = 0, angle = 0;

@@ -13,15 +13,16 @@ namespace meander {
 // Rings of a map, in units of cells. A map that is symmetric about its center holds every value twice; each
 // pair counts as one bin here, so that the variance is that of values that can differ.
 struct RadialProfile {
-  static constexpr std::uint32_t fewest_bins = 8;  // rings of fewer bins are noise: do not show them
-  std::vector<double> radius;                      // of the middle of the ring, cells
-  std::vector<double> mean;                        // NaN where the ring has no bin
-  std::vector<double> anisotropy_db;  // 10 log10(s^2 / mean^2), s^2 the unbiased variance over the ring;
-                                      // NaN with fewer than two bins or mean 0, -inf where all are equal
-  std::vector<std::uint32_t> bins;    // pairs of opposite cells
+  static constexpr std::uint32_t min_bins = 8;  // rings of fewer bins are noise: do not show them
+  std::vector<double> radius;                   // of the middle of the ring, cells
+  std::vector<double> mean;                     // NaN where the ring has no bin
+  // 10 log10(s^2 / mean^2), s^2 being the unbiased variance over the ring; NaN with fewer than two bins or
+  // mean 0, -inf if all are equal.
+  std::vector<double> anisotropy_db;
+  std::vector<std::uint32_t> bins;  // pairs of opposite cells
 
   std::size_t rings() const { return radius.size(); }
-  bool reliable(std::size_t ring) const { return bins[ring] >= fewest_bins; }
+  bool reliable(std::size_t ring) const { return bins[ring] >= min_bins; }
 };
 
 // map: side x side values, symmetric about the middle of the square: value (i, j) equals value (side - 1 - i,

@@ -47,11 +47,11 @@ struct HalfAxes {
 HalfAxes ellipse_axes(double area, double ratio);
 
 struct SplatLook {
-  double shown = 1;      // painted share of the half-axes, (0, 1]; all of it hides samples behind
-  double thickness = 1;  // splats that lie at most this many of their mean half-axes behind the foremost are
-                         // blended with it, >= 0
-  bool backs = true;     // also splats whose normals point away from the eye; false: for closed surfaces
-  double hollows = 1;    // strength of the darkening of hollows, 0..1
+  double shown = 1;  // painted share of the half-axes, (0, 1]; all of it hides samples behind
+  // Splats at most this many of their mean half-axes behind the foremost are blended with it, >= 0.
+  double thickness = 1;
+  bool backs = true;   // also splats whose normals point away from the eye; false: for closed surfaces
+  double hollows = 1;  // strength of the darkening of hollows, 0..1
 };
 
 struct SplatImage {

@@ -10,10 +10,11 @@
 namespace meander {
 
 struct SplatParameters {
-  std::uint32_t size = 320;        // pixels, width and height of the picture; 16..8192
-  double bead_radius = 0.33;       // of a sample, in units of sqrt(area / N); 0.05..0.6. 0.5: beads touch
-  double disc_radius = 1.0;        // of the pale disc below it that stands for the surface and hides what is
-                                   // behind, same unit; 0.6 covers a plane once, lower shows gaps; 0..2
+  std::uint32_t size = 320;   // pixels, width and height of the picture; 16..8192
+  double bead_radius = 0.33;  // of a sample, in units of sqrt(area / N); 0.05..0.6. 0.5: beads touch
+  // The radius of the pale disc below it, in the same unit, that represents the surface and hides parts
+  // behind; 0.6 covers a plane once, lower values show gaps; 0..2.
+  double disc_radius = 1.0;
   double margin = 0.04;            // empty border, share of the size
   Vector3 view = {0.55, 0.42, 1};  // from the model towards the eye; not vertical
   Vector3 up = {0, 1, 0};          // this direction of the model points up in the picture

@@ -42,8 +42,8 @@ struct SurfaceScene {
 struct SurfacePictureParameters {
   std::uint32_t size = 800;  // pixels, width and height; 16..4096
   double margin = 0.03;      // empty border, share of the size
-  double crease = 0.87;      // corners whose face normal and mean vertex normal have at least this cosine
-                             // are shaded smoothly
+  // Corners whose face normal and mean vertex normal have at least this cosine are shaded smoothly.
+  double crease = 0.87;
   Vector3 view = {0.55, 0.42, 1};  // from the model towards the eye; not along `up`
   Vector3 up = {0, 1, 0};          // this direction of the model points up in the picture
 };
