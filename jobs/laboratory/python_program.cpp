@@ -5,13 +5,14 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <array>
 #include <cerrno>
 #include <cstdlib>
 #include <filesystem>
+#include <span>
 #include <stdexcept>
 #include <system_error>
 
+#include "io/file/file_descriptor.h"
 #include "jobs/cli/usage_error.h"
 #include "meander_python_place.h"
 
@@ -22,48 +23,26 @@ namespace {
 namespace fs = std::filesystem;
 
 // A file in memory. A child process reads from it or writes to it instead of a pipe, which could fill up. It
-// is closed at the end of the object, and in every child but for the descriptors that dup2 made of it.
+// is closed at the end of the object, and in every child but for the descriptors that dup2 made of it. Throws
+// std::system_error.
 class MemoryFile {
  public:
-  // Throws std::system_error when there is no room for it.
-  explicit MemoryFile(std::string_view content) : descriptor_(memfd_create("meander", MFD_CLOEXEC)) {
-    if (descriptor_ < 0) fail();
-    while (!content.empty()) {
-      const ssize_t written = ::write(descriptor_, content.data(), content.size());
-      if (written < 0 && errno == EINTR) continue;
-      if (written < 0) {
-        const int error = errno;
-        ::close(descriptor_);
-        errno = error;
-        fail();
-      }
-      content.remove_prefix(static_cast<std::size_t>(written));
-    }
-    ::lseek(descriptor_, 0, SEEK_SET);
+  explicit MemoryFile(std::string_view content) : file_(memfd_create("meander", MFD_CLOEXEC)) {
+    check(file_ ? try_write(file_, std::as_bytes(std::span(content)), 0).error : errno);
   }
-  ~MemoryFile() { ::close(descriptor_); }
-  MemoryFile(const MemoryFile&) = delete;
-  MemoryFile& operator=(const MemoryFile&) = delete;
-
-  int descriptor() const { return descriptor_; }
-  // All that was written to it, by any process. Throws std::system_error.
+  int descriptor() const { return file_.get(); }
+  // All that was written to it, by any process.
   std::string content() const {
-    std::string text;
-    std::array<char, 65536> block;
-    for (;;) {
-      const ssize_t got = ::pread(descriptor_, block.data(), block.size(), static_cast<off_t>(text.size()));
-      if (got < 0 && errno == EINTR) continue;
-      if (got < 0) fail();
-      if (got == 0) return text;
-      text.append(block.data(), static_cast<std::size_t>(got));
-    }
+    std::string text(file_size(file_, "a file in memory"), '\0');
+    check(try_read(file_, std::as_writable_bytes(std::span(text)), 0).error);
+    return text;
   }
 
  private:
-  [[noreturn]] static void fail() {
-    throw std::system_error(errno, std::generic_category(), "a file in memory");
+  static void check(int error) {
+    if (error != 0) throw std::system_error(error, std::generic_category(), "a file in memory");
   }
-  int descriptor_;
+  FileDescriptor file_;
 };
 
 // The exit code of plots.py if matplotlib is missing.
