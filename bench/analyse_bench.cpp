@@ -88,8 +88,8 @@ void splats(benchmark::State& state) {
   const Samples set = samples_of(2, count);
   const double radius = std::sqrt(3 * 15.8 / (3.14159 * count));
   const std::vector<float> half_axes(2 * std::size_t{count}, static_cast<float>(radius));
-  constexpr SrgbColour colour = {232, 196, 158};
-  const OrientedSplats drawn{set.points, set.normals, {}, half_axes, {&colour, 1}};
+  constexpr SrgbColor color = {232, 196, 158};
+  const OrientedSplats drawn{set.points, set.normals, {}, half_axes, {&color, 1}};
   const SplatView view = fitted_view(set.points, {0.3, 0.2, 1}, {0, 1, 0}, 1920, 1080);
   RgbImage image;
   for ([[maybe_unused]] auto _ : state) {

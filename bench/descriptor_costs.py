@@ -108,10 +108,10 @@ WIDTH, HEIGHT, LEFT, RIGHT, TOP, BOTTOM = 760, 460, 64, 150, 44, 54
 
 def placed_labels(points):
     """A label beside every point, where it covers no other label and no point if there is such a place: [(x of the
-    text's start, baseline, text, colour)]."""
+    text's start, baseline, text, color)]."""
     marks = [(x - 6, y - 6, x + 6, y + 6) for x, y, _, _ in points]
     placed, boxes = [], []
-    for x, y, text, colour in sorted(points):
+    for x, y, text, color in sorted(points):
         width = 6.6 * len(text)
         places = [(x + 8, y + 4), (x - 8 - width, y + 4), (x + 8, y + 17), (x + 8, y - 9), (x - 8 - width, y + 17),
                   (x - 8 - width, y - 9), (x - width / 2, y + 20), (x - width / 2, y - 12)]
@@ -120,7 +120,7 @@ def placed_labels(points):
         free = [place for place in places if all(apart(box(place), other) for other in marks + boxes)]
         place = (free or places)[0]
         boxes.append(box(place))
-        placed.append((*place, text, colour))
+        placed.append((*place, text, color))
     return placed
 
 
@@ -152,15 +152,15 @@ def svg_picture(rows, score, title):
                f'"rotate(-90 16 {(TOP + HEIGHT - BOTTOM) / 2})">{escape(score)}</text>')
     points = []
     for row in rows:
-        colour = COLOURS[folders.index(row[0]) % len(COLOURS)]
+        color = COLOURS[folders.index(row[0]) % len(COLOURS)]
         x, y = x_of(row[3]), y_of(row[column])
         if row[1] == "recommended":
-            out.append(f'<path d="M{x:.1f} {y - 6:.1f}l6 6l-6 6l-6 -6z" fill="{colour}"><title>{escape(row[2])}</title></path>')
+            out.append(f'<path d="M{x:.1f} {y - 6:.1f}l6 6l-6 6l-6 -6z" fill="{color}"><title>{escape(row[2])}</title></path>')
         else:
-            out.append(f'<circle cx="{x:.1f}" cy="{y:.1f}" r="4.5" fill="{colour}"/>')
-        points.append((x, y, row[1], colour))
-    out += [f'<text x="{x:.1f}" y="{y:.1f}" fill="{colour}">{escape(text)}</text>'
-            for x, y, text, colour in placed_labels(points)]
+            out.append(f'<circle cx="{x:.1f}" cy="{y:.1f}" r="4.5" fill="{color}"/>')
+        points.append((x, y, row[1], color))
+    out += [f'<text x="{x:.1f}" y="{y:.1f}" fill="{color}">{escape(text)}</text>'
+            for x, y, text, color in placed_labels(points)]
     for i, name in enumerate(folders):
         y = TOP + 12 + 20 * i
         out.append(f'<circle cx="{WIDTH - RIGHT + 22}" cy="{y - 4}" r="4.5" fill="{COLOURS[i % len(COLOURS)]}"/>'

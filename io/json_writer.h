@@ -33,6 +33,34 @@ class JsonWriter {
     key(name);
     value(content);
   }
+  // A member that is an object, whose own members `write` adds.
+  template <class Write>
+  void object(std::string_view name, const Write& write) {
+    key(name);
+    begin_object();
+    write();
+    end_object();
+  }
+  // A member that is an array of values.
+  template <class List>
+  void list(std::string_view name, const List& values) {
+    key(name);
+    begin_array();
+    for (const auto& one : values) value(one);
+    end_array();
+  }
+  // A member that is an array of objects: `write` adds the members of each.
+  template <class List, class Write>
+  void list(std::string_view name, const List& values, const Write& write) {
+    key(name);
+    begin_array();
+    for (const auto& one : values) {
+      begin_object();
+      write(one);
+      end_object();
+    }
+    end_array();
+  }
   const std::string& text() const { return text_; }
 
  private:
@@ -43,5 +71,15 @@ class JsonWriter {
   bool first_ = true;  // nothing stands before the next value in the innermost bracket
   bool after_key_ = false;
 };
+
+// The text of one object, whose members `write(json)` adds.
+template <class Write>
+std::string json_object(const Write& write) {
+  JsonWriter json;
+  json.begin_object();
+  write(json);
+  json.end_object();
+  return json.text();
+}
 
 }  // namespace meander

@@ -14,7 +14,6 @@
 #include "jobs/cli/command_line.h"
 #include "jobs/cli/exit_status.h"
 #include "jobs/cli/jobs.h"
-#include "jobs/cli/standard_streams.h"
 #include "jobs/cli/usage_error.h"
 #include "jobs/cli/working_process.h"
 #include "jobs/inputs/run_report.h"
@@ -37,13 +36,13 @@ int say(int status, const std::string& text) {
   return status;
 }
 
-// What a job printed may still be buffered.
+// Writes the output that is still buffered; a failure becomes the exit code.
 int end_output(int status) {
   const std::string problem = flush_standard_output();
   return problem.empty() ? status : say(exit_usage, problem);
 }
 
-// A command of the laboratory in a program without it: known, hidden, and refused whatever its arguments are.
+// A command of the laboratory in a program without it: hidden, and refused whatever its arguments are.
 JobFunction add_missing_command(Command& program, const char* name) {
   program.add_hidden_subcommand(name);
   return [name]() -> int {
@@ -92,8 +91,8 @@ struct Job {
   JobFunction run;
 };
 
-// Adding the options of all subcommands takes some milliseconds, so where the first argument names one, only
-// that one is added; `pages` describes them all.
+// Adds the subcommand that the first argument names, or all when it names none or is `pages`, which describes
+// them: adding the options of all takes some milliseconds.
 std::vector<Job> add_subcommands(const std::vector<Subcommand>& subcommands, const std::string& first) {
   std::vector<Job> jobs;
   const auto named = std::find_if(subcommands.begin(), subcommands.end(),
@@ -130,7 +129,7 @@ int run_program(int argc, char** argv, const Laboratory* laboratory, StageHook h
     return say(exit_usage, error.what());
   } catch (const RunError& error) {
     return say(error.kind() == RunError::Kind::stopped ? exit_stopped : exit_usage, error.what());
-  } catch (const ItemError& error) {  // a file given to a job that has no rows to put its status in
+  } catch (const ItemError& error) {  // a file of a job without rows that could hold its status
     if (error.status() != Status::internal)
       return say(exit_usage, fmt::format("{}: {}", name_of(error.status()), error.what()));
     return say(exit_internal,
@@ -139,9 +138,9 @@ int run_program(int argc, char** argv, const Laboratory* laboratory, StageHook h
     const bool resumable = chosen == "run" || chosen == "merge" || chosen == "describe" || chosen == "remesh";
     return say(resumable ? exit_stopped : exit_usage,
                resumable
-                   ? "out of memory: what is done is kept, the same command continues when there is more"
+                   ? "out of memory: finished rows are kept; repeat the command when more memory is free"
                    : "out of memory");
-  } catch (const std::system_error& error) {  // a folder or file that cannot be made or written
+  } catch (const std::system_error& error) {  // a file or folder cannot be made or written
     return say(exit_usage, error.what());
   } catch (const std::exception& error) {
     return say(exit_internal,

@@ -10,7 +10,7 @@ Admission::Ticket Admission::take(Waiting::iterator at, std::uint64_t ahead_of) 
   bytes_ += ticket.bytes;
   peak_bytes_ = std::max(peak_bytes_, bytes_);
   ++items_;
-  if (ahead_of == 0) {  // the front item started: what runs now counts as being there before the next one
+  if (ahead_of == 0) {  // the front item starts: all items in flight count as started before the next one
     ++epoch_;
     bytes_ahead_ = 0;
   } else {

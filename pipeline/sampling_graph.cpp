@@ -40,6 +40,23 @@ bool is_open(const GraphItem& item) { return item.failed_in.empty() && !item.dro
 
 using Clock = std::chrono::steady_clock;
 
+// Adds one item, and the time for which the object lives, to the counters of a node.
+class NodeTimer {
+ public:
+  explicit NodeTimer(NodeStatistics& node) : node_(node), start_(Clock::now()) {}
+  ~NodeTimer() {
+    const std::chrono::nanoseconds busy = Clock::now() - start_;
+    node_.items.fetch_add(1, std::memory_order_relaxed);
+    node_.busy_nanoseconds.fetch_add(static_cast<std::uint64_t>(busy.count()), std::memory_order_relaxed);
+  }
+  NodeTimer(const NodeTimer&) = delete;
+  NodeTimer& operator=(const NodeTimer&) = delete;
+
+ private:
+  NodeStatistics& node_;
+  Clock::time_point start_;
+};
+
 // The clock of one item: it runs while a stage works on the item and stops while the item waits.
 class WorkClock {
  public:
@@ -75,7 +92,7 @@ void run_stage(const GraphStage& stage, GraphItem& item, double timeout_seconds)
   }
 }
 
-// Frees everything but the row once the points are known.
+// Frees everything but the row, once the points are known.
 void release_model(Model& model) {
   Row row = std::move(model.row);
   model = Model{};
@@ -86,8 +103,8 @@ void release_model(Model& model) {
 struct Envelope {
   GraphItem* item = nullptr;
   Admission::Ticket ticket;
-  std::uint64_t needed_bytes = 0;  // > 0: back to the queue with this reservation
-  bool frees_slot = false;         // only signals that a work slot is free again
+  std::uint64_t needed_bytes = 0;  // > 0: the item goes back to the queue with this reservation
+  bool frees_slot = false;         // no item, only the signal that a work slot is free again
 };
 
 // The graph with its counters. Lives for one call of run_sampling_graph.
@@ -156,14 +173,14 @@ class SamplingGraph {
   }
 
  private:
-  // To the first stage, or to encode_row for what failed before any.
+  // Its outputs lead to the first stage, and to encode_row for items that failed before any stage.
   using AdmitNode = flow::multifunction_node<Envelope, std::tuple<Envelope, Envelope>>;
-  // To write_row, and the free slot to admit_items.
+  // Its outputs lead to write_row, and with the free slot to admit_items.
   using EncodeNode = flow::multifunction_node<Envelope, std::tuple<Envelope, Envelope>>;
   using StageNode = flow::function_node<Envelope, Envelope>;
 
-  // As many as there are threads are worked on; as many again may wait for the writer while it syncs a
-  // journal. A crash has to look at all of these again, one by one.
+  // One item per thread in work, and one more that may wait for the writer while it syncs a journal. After a
+  // crash all of these are retried one by one.
   static std::size_t items_in_flight(int threads) { return 2 * static_cast<std::size_t>(threads); }
 
   void admit(const Envelope& back, AdmitNode::output_ports_type& out) {
@@ -235,8 +252,8 @@ class SamplingGraph {
     std::get<0>(out).try_put(Envelope{});
   }
 
-  // The first stage takes the item that was admitted first, whichever of its tasks a thread happens to run
-  // first: threads take their own newest task before any other.
+  // The item that was admitted first, for whichever task of the first stage runs first: threads run their own
+  // newest task before any other.
   Envelope take_admitted() {
     const std::lock_guard lock(admitted_mutex_);
     Envelope envelope = std::move(admitted_.front());
@@ -256,7 +273,7 @@ class SamplingGraph {
     return envelope;
   }
 
-  // The slot is free whatever the outcome: the next item may start while this one is written.
+  // Frees the slot whatever the outcome, so that the next item may start while this one is written.
   void encode(Envelope envelope, EncodeNode::output_ports_type& out) {
     {
       const Turn turn(envelope.item);
@@ -264,7 +281,8 @@ class SamplingGraph {
     }
     Envelope slot;
     slot.frees_slot = true;
-    // This thread processes the message sent last first: rows must not wait behind new items.
+    // The row is sent last, since this thread processes the last message first: rows must not wait behind new
+    // items.
     if (envelope.ticket.bytes > 0) std::get<1>(out).try_put(slot);
     std::get<0>(out).try_put(envelope);
   }
@@ -310,7 +328,7 @@ class SamplingGraph {
         });
   }
 
-  // A failure of what the blocks of a row are made of is the item's; the row then says so.
+  // A failure while the blocks of a row are made is a failure of the item, which its row then states.
   void write(GraphItem& item) {
     if (!item.encoded.blocks) {
       sink_.write(std::move(item.encoded));
@@ -352,7 +370,7 @@ class SamplingGraph {
       }
     }
     items_[envelope.ticket.item].reset();
-    hand_over(&items_[envelope.ticket.item]);  // to another try with more memory
+    hand_over(&items_[envelope.ticket.item]);  // to a retry with more memory
     return envelope;
   }
 
@@ -370,7 +388,8 @@ class SamplingGraph {
       observer_({*item.plan, report, item.failed_in, item.file_bytes, seconds.count(), waited, item.reused});
   }
 
-  // The sink cannot go on: everything in flight is dropped, the caller gets the exception at the end.
+  // Called when the sink fails: all items in flight are dropped, and the caller gets the exception at the
+  // end.
   void stop_for(std::exception_ptr error) {
     if (!sink_failed_.exchange(true)) sink_error_ = std::move(error);
     cancelled_ = true;
@@ -392,14 +411,14 @@ class SamplingGraph {
   std::vector<std::unique_ptr<GraphItem>> items_;  // those in flight, by their index in the plan
   GraphResult result_;
   std::mutex admitted_mutex_;
-  std::queue<Envelope> admitted_;  // not yet taken by the first stage
+  std::queue<Envelope> admitted_;  // items that the first stage has not yet taken
   bool started_ = false;
-  int working_ = 0;  // items between admit_items and encode_row; the serial admission's own
+  int working_ = 0;  // items between admit_items and encode_row; only admit_items uses it
   std::atomic<bool> sink_failed_{false};
   std::exception_ptr sink_error_;
 };
 
-// Errors in tensors name the file of the tensors: the mesh itself is in order.
+// Reads the tensors of an item. Errors name their file, since the mesh itself is valid.
 TensorTable read_tensors(const PlanItem& plan, const Model& model) {
   if (!plan.tensor_dataset.empty())
     return read_tensor_dataset(plan.tensor_path, plan.tensor_dataset, model.file.vertex_count());
@@ -410,10 +429,10 @@ TensorTable read_tensors(const PlanItem& plan, const Model& model) {
   }
 }
 
-// Small libraries of materials are a part of every estimate with colours.
-constexpr std::uint64_t most_unreserved_color_bytes = 1 << 20;
+// Every estimate with colors includes this much for small libraries of materials.
+constexpr std::uint64_t max_unreserved_color_bytes = 1 << 20;
 
-// What unpacks to more than is reserved needs a larger reservation first.
+// Opens a model; one that unpacks to more than is reserved needs a larger reservation first.
 ModelBytes open_model(const PlanItem& plan, std::uint64_t reserved_bytes, bool colors) {
   try {
     return ModelBytes(plan, reserved_bytes, colors);
@@ -431,9 +450,9 @@ void read_item(GraphItem& item, const SampleParameters& parameters, const ReuseL
     throw ItemError(Status::unsupported_format,
                     "the extension `" + plan.path.extension().string() + "` is none of " + mesh_extensions());
   const ModelBytes file = open_model(plan, item.reserved_bytes, parameters.colors);
-  // What its images take is in no estimate that was made before they were opened.
+  // The estimate was made before the images were opened, and does not include them.
   const std::uint64_t color_bytes = file.color_bytes();
-  if (plan.reserved_bytes + color_bytes > item.reserved_bytes && color_bytes > most_unreserved_color_bytes)
+  if (plan.reserved_bytes + color_bytes > item.reserved_bytes && color_bytes > max_unreserved_color_bytes)
     throw NeedsMoreMemory(plan.reserved_bytes + color_bytes);
   item.file_bytes = file.file_bytes();
   Row& row = item.model.row;
@@ -442,7 +461,7 @@ void read_item(GraphItem& item, const SampleParameters& parameters, const ReuseL
     row.report.content_sha256 = file.content_sha256();
     row.report.color_sha256 = file.color_sha256();
   };
-  // Of a large file, while it is read.
+  // The digest of a large file is computed while it is read.
   constexpr std::uint64_t large = std::uint64_t{16} << 20;
   const bool digests_later = !reuse && item.file_bytes >= large;
   if (!digests_later) digest();
@@ -458,12 +477,12 @@ void read_item(GraphItem& item, const SampleParameters& parameters, const ReuseL
   const auto admit = [&](MeshEstimate needs) {
     needs.file_bytes = item.file_bytes;
     needs.packed_bytes = file.packed_bytes();
-    if (color_bytes > most_unreserved_color_bytes) needs.decoding_bytes += color_bytes;
+    if (color_bytes > max_unreserved_color_bytes) needs.decoding_bytes += color_bytes;
     const std::uint64_t needed =
         estimate_bytes(needs, parameters, oneapi::tbb::this_task_arena::max_concurrency());
     if (needed > item.reserved_bytes) throw NeedsMoreMemory(needed);
   };
-  std::exception_ptr failure;  // the digest is in the row of a file that cannot be read, too
+  std::exception_ptr failure;  // rethrown after the digest, which the row of an unreadable file has, too
   const auto read = [&]() noexcept {
     try {
       item.model.file =
@@ -532,8 +551,7 @@ void run_item_alone(const PlanItem& plan, const GraphParameters& parameters, con
   constexpr std::size_t at_once = 65536;
   const PlaceParameters place = place_parameters(parameters.sample);
   for (std::size_t begin = 0; begin < item.model.sites.count(); begin += at_once)
-    samples_at(item.model, place, begin,
-               std::min(begin + at_once, item.model.sites.count()));
+    samples_at(item.model, place, begin, std::min(begin + at_once, item.model.sites.count()));
 }
 
 }  // namespace meander

@@ -13,6 +13,7 @@
 
 #include <array>
 #include <atomic>
+#include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -25,7 +26,6 @@
 #include "io/mesh/mesh_reader.h"
 #include "io/store/store.h"
 #include "kernels/model/model.h"
-#include "pipeline/statistics.h"
 
 namespace meander {
 
@@ -36,13 +36,13 @@ struct PlanItem : ModelPlace {
   bool known_format = true;  // false: the row says unsupported_format
   std::int32_t label = -1;
   Split split = Split::none;
-  std::uint64_t reserved_bytes = 0;  // from estimate_bytes of a header peek
-  // Where the tensors of the kind `table` are: a text file, or an HDF5 file with the dataset's path in it.
+  std::uint64_t reserved_bytes = 0;  // estimate_bytes of a header peek
+  // The tensors of the kind `table`: a text file, or an HDF5 file and the path of the dataset in it.
   std::filesystem::path tensor_path;
   std::string tensor_dataset;
 };
 
-// The file on disk that the bytes of an item are in.
+// The file on disk that holds the bytes of an item: its own, or its archive.
 inline const std::filesystem::path& file_of(const PlanItem& item) {
   return item.packed ? item.packed.archive->path() : item.path;
 }
@@ -50,11 +50,11 @@ inline const std::filesystem::path& file_of(const PlanItem& item) {
 struct GraphParameters {
   SampleParameters sample;
   int threads = 1;                                      // >= 1
-  std::uint64_t memory_bytes = std::uint64_t{4} << 30;  // budget of everything in flight
-  bool allow_oversize = false;                          // run an item alone that is larger than the budget
-  double timeout_seconds = 0;                           // of work on one model, waiting excluded; 0: none
-  std::uint64_t max_failures = ~std::uint64_t{0};  // stop taking items once more than this many have failed
-  std::uint64_t earlier_failures = 0;              // of earlier starts of the same run; they count, too
+  std::uint64_t memory_bytes = std::uint64_t{4} << 30;  // budget of all items in flight
+  bool allow_oversize = false;                          // an item larger than the budget runs alone
+  double timeout_seconds = 0;                           // of work on one model, without waiting; 0: none
+  std::uint64_t max_failures = ~std::uint64_t{0};       // with more failed items the run stops
+  std::uint64_t earlier_failures = 0;                   // counted with them: of earlier starts of the run
 };
 
 // One model inside the graph.
@@ -62,29 +62,37 @@ struct GraphItem {
   const PlanItem* plan = nullptr;
   Model model;
   EncodedRow encoded;
-  bool dropped = false;              // the run is being stopped: no record
-  bool reused = false;               // the row came from an older store,
-  SampleBlocks reused_blocks;        // and, where it has many, its samples
-  std::uint64_t reserved_bytes = 0;  // what the admission holds for it
+  bool dropped = false;              // the run is being stopped: no row is written
+  bool reused = false;               // the row is copied from an older store
+  SampleBlocks reused_blocks;        // the samples of a reused row with many; else empty
+  std::uint64_t reserved_bytes = 0;  // held by the admission
   std::uint64_t file_bytes = 0;
-  std::string_view failed_in;  // the node that the item failed in
+  std::string_view failed_in;  // the node in which the item failed; empty: it did not
   std::chrono::steady_clock::time_point start;
   std::chrono::steady_clock::duration worked{};  // in the stages so far
 };
 
-// What happened to an item; reported once, by the serial writer.
+// The outcome of an item, reported once by the serial writer.
 struct FinishedItem {
   const PlanItem& plan;
   const ItemReport& report;
   std::string_view failed_in;
   std::uint64_t file_bytes = 0;
   double seconds = 0;         // from its admission to its row
-  double waited_seconds = 0;  // of those, outside the stages
+  double waited_seconds = 0;  // the part of these outside the stages
   bool reused = false;
 };
 
-// Where rows go. write is called from the serial writer, begin from the serial admission (possibly at the
-// same time).
+// Counters of one node of the graph, updated by many threads at once.
+struct NodeStatistics {
+  std::string_view name;
+  std::atomic<std::uint64_t> items{0};
+  std::atomic<std::uint64_t> busy_nanoseconds{0};
+  std::atomic<std::uint64_t> bytes{0};  // of the results of encode_row; 0 for other nodes
+};
+
+// The destination of rows. The serial writer calls write; the serial admission calls begin, possibly at the
+// same time.
 class RowSink {
  public:
   virtual ~RowSink() = default;
@@ -92,31 +100,31 @@ class RowSink {
   virtual void write(EncodedRow row) = 0;
 };
 
-// Where rows are not wanted: what is made of an item, its own stages keep.
+// Discards all rows, for stages that keep their results themselves.
 class NoRows final : public RowSink {
  public:
   void begin(std::uint64_t) override {}
   void write(EncodedRow) override {}
 };
 
-// The bodies of the nodes, by name; tests inject failures into them. Each works on one item and may throw
-// ItemError, RunCancelled or anything else.
+// The body of a node, by name; tests inject failures into it. It works on one item and may throw ItemError,
+// RunCancelled or anything else.
 struct GraphStage {
   std::string_view name;
   std::function<void(GraphItem&)> body;
 };
 using GraphStages = std::vector<GraphStage>;
 
-// A row of an older store for content with this digest; called from many threads.
+// Finds the row of an older store for content with this digest and format; called from many threads.
 using ReuseLookup =
     std::function<std::optional<CopiedRow>(const std::array<std::uint8_t, 32>& content, MeshFormat format)>;
 
-// read_mesh and the stages of the method. The parameters and the device (null unless they cast
-// rays) must outlive the graph.
+// read_mesh and the stages of the method. The parameters and the device (null unless the method casts rays)
+// must outlive the graph.
 GraphStages sampling_stages(const SampleParameters& parameters, const EmbreeDevice* device,
                             ReuseLookup reuse = {});
 
-// Thrown by a read stage whose file is larger than was reserved for it: the item goes back to the queue.
+// Thrown by a stage that needs more memory than is reserved: the item goes back to the queue.
 class NeedsMoreMemory : public std::runtime_error {
  public:
   explicit NeedsMoreMemory(std::uint64_t bytes)
@@ -130,22 +138,22 @@ class NeedsMoreMemory : public std::runtime_error {
 struct GraphResult {
   std::uint64_t taken = 0, written = 0, dropped = 0, failed = 0, requeued = 0;
   std::uint64_t peak_reserved_bytes = 0;
-  double longest_wait_seconds = 0;  // of one item, between its admission and its row
+  double longest_wait_seconds = 0;  // of an item between its admission and its row
   bool stopped = false;             // not every item of the plan was written
   bool too_many_failures = false;   // stopped for GraphParameters::max_failures
 };
 
-// Runs the plan to its end, or until `cancelled` is set (by the caller at any time; by the graph itself when
-// the sink fails or too many items failed). Rethrows the sink's exception after everything in flight has
-// ended. Throws std::logic_error when its counts do not add up. `statistics` gets one entry per node.
-// observer may be empty.
+// Runs the plan to its end, or until `cancelled` is set: by the caller at any time, or by the graph itself
+// when the sink fails or too many items have failed. Rethrows an exception of the sink after all items in
+// flight have ended. Throws std::logic_error when its counts do not add up. `statistics` gets one entry per
+// node; `observer` may be empty.
 GraphResult run_sampling_graph(const std::vector<PlanItem>& plan, const GraphParameters& parameters,
                                const GraphStages& stages, const StoreHeader& header, RowSink& sink,
                                std::atomic<bool>& cancelled, std::vector<NodeStatistics>& statistics,
                                const std::function<void(const FinishedItem&)>& observer = {});
 
-// The same stages on one item in the calling thread, outside any graph (for the retry of an item that was in
-// flight when an earlier process died). `entered` is called with the name of each stage before it starts.
+// Runs the same stages on one item in the calling thread, to retry an item that was in flight when an earlier
+// process died. `entered` is called with the name of each stage before it starts.
 void run_item_alone(const PlanItem& plan, const GraphParameters& parameters, const GraphStages& stages,
                     const std::function<void(std::string_view)>& entered);
 

@@ -118,7 +118,7 @@ ModelBytes::File ModelBytes::open(const fs::path& path, const PackedFile& packed
   File file;
   if (!packed) {
     // Images may be many, and are reserved for once they are open.
-    file.on_disk.emplace(path, of_colors ? 0 : FileBytes::most_read);
+    file.on_disk.emplace(path, of_colors ? 0 : FileBytes::max_read);
     return file;
   }
   packed_bytes_ += packed_bytes_of(packed);

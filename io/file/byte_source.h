@@ -1,4 +1,4 @@
-// Bytes that are read piece by piece, wherever they are.
+// Bytes that are read piece by piece: of a file, of memory, of an archive.
 #pragma once
 
 #include <cstddef>
@@ -12,7 +12,7 @@ class ByteSource {
  public:
   virtual ~ByteSource() = default;
   virtual std::uint64_t bytes() const = 0;
-  // Up to `count` bytes from `offset`; fewer only at the end, none beyond it. Throws ItemError(unreadable).
+  // Reads up to `count` bytes from `offset`; fewer only at the end. Throws ItemError(unreadable).
   virtual std::string read(std::uint64_t offset, std::size_t count) const = 0;
 };
 

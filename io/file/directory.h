@@ -1,4 +1,4 @@
-// Names in folders: changed so that they are on disk when the call returns.
+// Changes of names in folders, which are on disk when the call returns.
 #pragma once
 
 #include <filesystem>
@@ -7,11 +7,11 @@
 
 namespace meander {
 
-void make_folder(const std::filesystem::path& folder);  // one that is there already is no error
+void make_folder(const std::filesystem::path& folder);  // an existing folder is no error
 void sync_folder(const std::filesystem::path& folder, FullDisk full_disk = FullDisk::stops_run);
 // Replaces `to` and syncs its folder.
 void rename_file(const std::filesystem::path& from, const std::filesystem::path& to,
                  FullDisk full_disk = FullDisk::stops_run);
-void remove_file(const std::filesystem::path& path);  // one that is not there is no error
+void remove_file(const std::filesystem::path& path);  // a missing file is no error
 
 }  // namespace meander

@@ -17,12 +17,12 @@ namespace meander {
 
 namespace {
 
-// What the handler of SIGBUS knows: a process has one, whoever reads files in it.
+// The mappings of the process, for the handler of SIGBUS.
 struct Mapping {
   std::atomic<bool> is_taken = false, is_cut = false;
   std::atomic<std::uintptr_t> begin = 0, end = 0;
 };
-// A model may have 1,024 images; files beyond these are read.
+// A model may have 1,024 images; files beyond this number are read instead of mapped.
 std::array<Mapping, 16384> mappings;
 struct sigaction handler_before;
 
@@ -40,7 +40,7 @@ void fill_what_is_gone(int, siginfo_t* info, void*) {
     errno = error;
     return;
   }
-  ::sigaction(SIGBUS, &handler_before, nullptr);  // and the instruction is tried again
+  ::sigaction(SIGBUS, &handler_before, nullptr);  // it gets the signal when the instruction is retried
   errno = error;
 }
 
@@ -54,7 +54,7 @@ void watch_mappings() {
   });
 }
 
-// One that is free, or mappings.size().
+// The index of a free mapping, or mappings.size().
 std::size_t take_mapping() {
   for (std::size_t i = 0; i < mappings.size(); ++i)
     if (!mappings[i].is_taken && !mappings[i].is_taken.exchange(true)) return i;
@@ -65,12 +65,12 @@ std::size_t take_mapping() {
 
 bool FileBytes::is_cut() const { return data_ != nullptr && !read_ && mappings[mapping_].is_cut; }
 
-FileBytes::FileBytes(const std::filesystem::path& path, std::size_t most) {
+FileBytes::FileBytes(const std::filesystem::path& path, std::size_t max_read_bytes) {
   const InputFile file(path);
   const auto size = static_cast<std::size_t>(file.bytes());
   if (size == 0) return;
-  if (size > most) mapping_ = take_mapping();
-  if (size <= most || mapping_ == mappings.size()) {
+  if (size > max_read_bytes) mapping_ = take_mapping();
+  if (size <= max_read_bytes || mapping_ == mappings.size()) {
     read_ = std::make_unique_for_overwrite<std::byte[]>(size);
     const Transfer done = try_read(file.descriptor(), std::span(read_.get(), size), 0);
     if (done.error != 0) throw_unreadable("read", done.error);

@@ -32,7 +32,8 @@ Transfer transfer(std::span<Bytes> bytes, std::uint64_t offset, const Call& call
 
 int FileDescriptor::close() {
   if (descriptor_ < 0) return 0;
-  // Never again, not even after EINTR: Linux has released the number then, and another thread may have it.
+  // It is never repeated, not even after EINTR: Linux has then released the number, which another thread may
+  // use.
   return ::close(std::exchange(descriptor_, -1)) == 0 || errno == EINTR ? 0 : errno;
 }
 
@@ -50,7 +51,7 @@ Transfer try_write(const FileDescriptor& file, std::span<const std::byte> bytes,
   Transfer done = transfer(bytes, offset, [&](const std::byte* from, std::size_t count, off_t at) {
     return ::pwrite(file.get(), from, count, at);
   });
-  if (done.bytes < bytes.size() && done.error == 0) done.error = ENOSPC;  // nothing written, without a reason
+  if (done.bytes < bytes.size() && done.error == 0) done.error = ENOSPC;  // no error, but nothing is written
   return done;
 }
 
@@ -88,7 +89,7 @@ void sync_data(const FileDescriptor& file, const fs::path& path) {
 }
 
 void begin_sync(const FileDescriptor& file) {
-  // Its result is no news: an error of the disk stays with the file until a sync has reported it.
+  // The result is ignored: an error of the disk stays with the file until a sync has reported it.
   uninterrupted([&] { return ::sync_file_range(file.get(), 0, 0, SYNC_FILE_RANGE_WRITE); });
 }
 

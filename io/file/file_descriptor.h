@@ -1,4 +1,4 @@
-// Reading and writing parts of files: every call is checked, continued after signals and partial transfers.
+// Reads and writes parts of files: every call is checked, and continued after signals and partial transfers.
 #pragma once
 
 #include <cerrno>
@@ -24,13 +24,13 @@ class FileDescriptor {
   ~FileDescriptor() { close(); }
   int get() const { return descriptor_; }
   explicit operator bool() const { return descriptor_ >= 0; }
-  int close();  // 0, or the error that the system kept until now. Again: 0
+  int close();  // returns 0, or an error that the system reports only now; called again, it returns 0
 
  private:
   int descriptor_ = -1;
 };
 
-// Makes a call of the system again for as long as signals interrupt it: its result.
+// The result of a system call, which is repeated while signals interrupt it.
 template <class Call>
 auto uninterrupted(const Call& call) {
   for (;;) {
@@ -39,19 +39,19 @@ auto uninterrupted(const Call& call) {
   }
 }
 
-// How far a transfer came, and the error (errno) that ended it; 0 at the end of the file or of the bytes.
+// The bytes that were transferred, and the error (errno) that ended the transfer; 0 at the end.
 struct Transfer {
   std::size_t bytes = 0;
   int error = 0;
 };
 
-// Without exceptions, for callers whose errors are others. try_open adds O_CLOEXEC, the mode is 0666; empty
-// with errno set when it fails.
+// These functions do not throw, for callers with errors of their own. try_open adds O_CLOEXEC and creates
+// files with mode 0666; when it fails, the descriptor is empty and errno is set.
 FileDescriptor try_open(const std::filesystem::path& path, int flags);
 Transfer try_read(const FileDescriptor& file, std::span<std::byte> bytes, std::uint64_t offset);
 Transfer try_write(const FileDescriptor& file, std::span<const std::byte> bytes, std::uint64_t offset);
 
-// The same for files of a run: FileError, stopped on a full disk.
+// The same for files of a run: they throw FileError, with the kind `stopped` on a full disk.
 FileDescriptor open_file(const std::filesystem::path& path, int flags);
 std::uint64_t file_size(const FileDescriptor& file, const std::filesystem::path& path);
 // Writes all bytes at `offset`, which may be the end of the file.
@@ -62,17 +62,17 @@ std::size_t read_at(const FileDescriptor& file, std::span<std::byte> bytes, std:
                     const std::filesystem::path& path);
 void sync_file(const FileDescriptor& file, const std::filesystem::path& path);  // contents and length
 void sync_data(const FileDescriptor& file, const std::filesystem::path& path);  // without times
-// Has the system begin to write what it holds of the file to the disk, so that a later sync waits for less.
-// Only a hint: what goes wrong, the sync reports.
+// Has the system begin to write its pages of the file to the disk, so that a later sync waits for less. It is
+// only a hint: the sync reports errors.
 void begin_sync(const FileDescriptor& file);
 void truncate_file(const FileDescriptor& file, std::uint64_t bytes, const std::filesystem::path& path);
 
-// Makes sure that `path`, which exists, can grow to `bytes`: reserves the blocks where the file system can,
-// without changing the length. A file that cannot be completed is refused here, where nothing has to be
+// Makes sure that the existing file `path` can grow to `bytes`: reserves its blocks if the file system can,
+// without changing its length. A file that cannot be completed is refused here, before anything has to be
 // undone.
 void reserve_space(const std::filesystem::path& path, std::uint64_t bytes,
                    FullDisk full_disk = FullDisk::stops_run);
-// Cuts the file to its length so that reserved blocks beyond it are free again.
+// Cuts the file to its length, which frees reserved blocks beyond it.
 void release_reserved(const FileDescriptor& file, const std::filesystem::path& path);
 
 }  // namespace meander

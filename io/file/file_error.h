@@ -1,5 +1,4 @@
-// What goes wrong with a file that the program itself keeps or writes. Files of items have errors of their
-// own (input_file.h).
+// Errors of files that the program itself keeps or writes. Files of items have their own (input_file.h).
 #pragma once
 
 #include <cstdint>
@@ -11,13 +10,13 @@
 
 namespace meander {
 
-// What follows from a full disk (also from a quota, a limit on file sizes, an I/O error).
+// The consequence of a full disk (or of a quota, a limit on file sizes, an I/O error).
 enum class FullDisk : std::uint8_t {
-  stops_run,    // nothing is lost: the same command continues where it stopped. RunError::Kind::stopped
-  ends_command  // nothing was begun that could be continued. RunError::Kind::unusable
+  stops_run,    // RunError::Kind::stopped: the same command continues where it stopped
+  ends_command  // RunError::Kind::unusable: there is nothing to continue
 };
 
-// "cannot <action> <path>: <what the system says>". Unusable for every other reason than a full disk.
+// "cannot <action> <path>: <reason of the system>". Its kind is `unusable` for every reason but a full disk.
 class FileError : public RunError {
  public:
   FileError(int error, std::string_view action, const std::filesystem::path& path, FullDisk full_disk);

@@ -38,7 +38,7 @@ FileDescriptor lock_folder(const fs::path& folder, const std::string& name, bool
                      fmt::format("another process{} holds {}", holder.empty() ? "" : " (pid " + holder + ")",
                                  folder.string()));
     }
-    // The lock counts only if the file is still the one that others find under this name.
+    // The lock is valid only if others still find this file under its name.
     struct stat mine {
     }, named{};
     if (::fstat(file.get(), &mine) != 0 || ::stat(path.c_str(), &named) != 0 || mine.st_ino != named.st_ino ||

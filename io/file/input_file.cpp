@@ -28,7 +28,8 @@ InputFile::InputFile(const std::filesystem::path& path) : file_(try_open(path, O
 }
 
 std::string InputFile::read(std::uint64_t offset, std::size_t count) const {
-  // No longer than what is there: small files are read whole, and clearing a large buffer would take longer.
+  // The buffer is no longer than the rest of the file: clearing more would cost more than reading a small
+  // file.
   std::string data(std::min<std::uint64_t>(count, bytes_ - std::min(offset, bytes_)), '\0');
   const Transfer done = try_read(file_, std::as_writable_bytes(std::span(data.data(), data.size())), offset);
   if (done.error != 0) throw_unreadable("read", done.error);

@@ -1,4 +1,4 @@
-// A file of an item, opened for reading.
+// A file of an item, open for reading.
 #pragma once
 
 #include <cstddef>
@@ -12,8 +12,8 @@
 
 namespace meander {
 
-// Throws ItemError(unreadable) with the system's reason, or when it is not a regular file. `bytes` is the
-// size when it was opened.
+// Throws ItemError(unreadable) with the system's reason, or for anything but a regular file. bytes() is the
+// size at the time of opening.
 class InputFile final : public ByteSource {
  public:
   explicit InputFile(const std::filesystem::path& path);
@@ -29,7 +29,7 @@ class InputFile final : public ByteSource {
   std::timespec modified_{};
 };
 
-// "the file cannot be <done>: <what the system says>", as the reason of a row.
+// Throws ItemError(unreadable), "the file cannot be <done>: <reason of the system>".
 [[noreturn]] void throw_unreadable(const char* done, int error);
 
 }  // namespace meander

@@ -1,5 +1,4 @@
-// Names of files as people and systems write them: files name others in another case, in another normal form
-// of Unicode, or in Latin-1.
+// Compares names of files that are written in another case, in another normal form of Unicode, or in Latin-1.
 #pragma once
 
 #include <string>
@@ -7,9 +6,9 @@
 
 namespace meander {
 
-// The same text for names that differ in case, in the normal form of Unicode (systems of Apple decompose
-// letters with accents), or in that one is UTF-8 and the other Latin-1. Slashes and dots stay where they are.
-// Bytes that are not well-formed UTF-8 make the whole name Latin-1. O(bytes).
+// The same text for names that differ only in case, in the normal form of Unicode (Apple's systems decompose
+// letters with accents), or in their encoding, UTF-8 or Latin-1. Slashes and dots are kept. A name with bytes
+// that are not well-formed UTF-8 is taken as Latin-1. O(bytes).
 std::string folded_name(std::string_view name);
 
 }  // namespace meander

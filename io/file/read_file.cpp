@@ -14,13 +14,13 @@ namespace meander {
 namespace {
 
 std::string content_of(const FileDescriptor& file, const std::filesystem::path& path) {
-  constexpr std::uint64_t least_room = 4096;
+  constexpr std::uint64_t min_room = 4096;
   std::string content;
   std::size_t done = 0;
   for (;;) {
-    // A regular file is read in one piece; one byte more to see its end.
+    // Room for a regular file, and one byte more in which its end shows.
     if (done == content.size())
-      content.resize(std::max({least_room, file_size(file, path) + 1, 2 * std::uint64_t{done}}));
+      content.resize(std::max({min_room, file_size(file, path) + 1, 2 * std::uint64_t{done}}));
     const ssize_t count = ::read(file.get(), content.data() + done, content.size() - done);
     if (count < 0 && errno == EINTR) continue;
     if (count < 0) throw_file_error(errno, "read", path);

@@ -1,4 +1,4 @@
-// A whole file in memory, for small files that are read once, of any kind. For those of items: file_bytes.h.
+// Reads small files of any kind as a whole. Files of items: see file_bytes.h.
 #pragma once
 
 #include <filesystem>
@@ -7,7 +7,7 @@
 
 namespace meander {
 
-// To the end, whatever the kind of the file: pipes too. Throws FileError, also when reading fails half-way.
+// Reads a file of any kind to its end, pipes included. Throws FileError, also when reading fails halfway.
 std::string content_of_file(const std::filesystem::path& path);
 std::optional<std::string> content_if_exists(const std::filesystem::path& path);
 

@@ -14,7 +14,7 @@ namespace meander {
 
 namespace {
 
-// Where page.html takes the other parts.
+// The marks in page.html that the other parts replace.
 constexpr std::string_view policy_mark = "{{policy}}", style_mark = "{{style}}", data_mark = "{{data}}";
 
 std::uint8_t byte_share(double share) {
@@ -32,7 +32,7 @@ std::string source_hash(std::string_view text) {
   return "'sha256-" + base64(std::as_bytes(std::span(digest))) + "'";
 }
 
-// Of the markup, what stands before and behind the data; policy and style are filled in.
+// The markup before and after the data, with policy and style filled in.
 struct PageFrame {
   std::string before, behind;
 };
@@ -41,10 +41,9 @@ PageFrame make_frame(std::string_view script) {
   const auto fill = [&text](std::string_view mark, std::string_view content) {
     text.replace(text.find(mark), mark.size(), content);
   };
-  fill(policy_mark,
-       fmt::format("default-src 'none'; script-src {}; style-src {}; img-src data: blob:; base-uri "
-                   "'none'; form-action 'none'",
-                   source_hash(script), source_hash(page_parts::style)));
+  fill(policy_mark, fmt::format("default-src 'none'; script-src {}; style-src {}; img-src data: blob:; "
+                                "base-uri 'none'; form-action 'none'",
+                                source_hash(script), source_hash(page_parts::style)));
   fill(style_mark, page_parts::style);
   const std::size_t at = text.find(data_mark);
   return {text.substr(0, at), text.substr(at + data_mark.size())};
@@ -122,12 +121,7 @@ std::string base64(std::span<const std::byte> bytes) {
 std::string json_in_markup(std::string_view json) {
   std::string text;
   text.reserve(json.size());
-  for (const char c : json) {
-    if (c == '<')
-      text += "\\u003c";
-    else
-      text += c;
-  }
+  for (const char c : json) c == '<' ? text += "\\u003c" : text += c;
   return text;
 }
 

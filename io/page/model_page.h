@@ -1,9 +1,9 @@
-// A page to turn models in: one HTML file that opens from disk, with points, script and style inside.
+// A page with models that turn: one HTML file that opens from disk, with points, script and style inside.
 //
-// The points of a model are base64 in a data block of their own, decoded when the model is first seen; what
-// is known of the models is one JSON object in another. Nothing of a store is ever markup: the script sets it
-// as text. The page forbids itself by its Content-Security-Policy to load anything, and to run any script but
-// the one it was written with.
+// The points of each model are a data block in base64, decoded when the model is first seen; another block
+// has the facts about all models as one JSON object. Nothing of a store becomes markup: the script sets it as
+// text. By its Content-Security-Policy the page loads nothing, and runs no script but the one it was written
+// with.
 #pragma once
 
 #include <array>
@@ -23,19 +23,21 @@ namespace meander {
 inline constexpr std::size_t packed_point_bytes = 10;
 
 // Points as the page draws them, 10 bytes each, little-endian:
-//   u16 x 3   place: coordinate = low + value / 65535 (high - low), an axis; low and high are the box of the
-//             points, so it is off by at most 2^-17 of the box
-//   i8 x 2    normal, octahedral (Meyer, Suessmuth, Sussner, Stamminger and Greiner 2010), / 127; off by less
-//             than 1 degree
-//   u8        density: its share of the way from the lowest to the highest, in logarithms where all are > 0
-//   u8        rank along the curve over its largest value in the store's row
+//   u16 x 3   position: low + value / 65535 (high - low) for each axis, low and high being the box of the
+//   points;
+//             the error is at most 2^-17 of the box
+//   i8 x 2    normal, octahedral (Meyer, Suessmuth, Sussner, Stamminger and Greiner 2010), / 127; the error
+//   is
+//             less than 1 degree
+//   u8        density between the lowest (0) and the highest (255), in logarithms if all are > 0
+//   u8        rank along the curve, over the largest rank of the row
 struct PackedPoints {
   std::array<double, 3> low{}, high{};
   double density_low = 0, density_high = 0;
   std::vector<std::byte> bytes;
 };
 
-// The samples of these numbers, in this order. Throws std::out_of_range for a number that is none.
+// Packs the samples with these numbers in this order. Throws std::out_of_range for an invalid number.
 PackedPoints pack_points(const Samples& samples, std::span<const std::uint32_t> chosen);
 
 // The two coordinates of a unit vector on the unfolded octahedron, in 1/127.
@@ -44,7 +46,7 @@ std::array<std::int8_t, 2> octahedral_normal(const float* normal);
 // RFC 4648, with padding.
 std::string base64(std::span<const std::byte> bytes);
 
-// JSON that may stand inside a script element of HTML: every `<` as \u003c, so that neither `</script` nor
+// The JSON text for a script element of HTML: every `<` is written as \u003c, so that neither `</script` nor
 // `<!--` occurs.
 std::string json_in_markup(std::string_view json);
 
@@ -53,9 +55,10 @@ std::string json_in_markup(std::string_view json);
 class ModelPageWriter {
  public:
   explicit ModelPageWriter(const std::filesystem::path& path);
-  // The packed points of the next model and whatever follows them, as `facts` explains.
+  // Appends the next model: its packed points, and the data that `facts_json` announces after them.
   void append_model(std::span<const std::byte> bytes);
-  // facts: what the script (viewer.js, points.js) knows of the models. Returns the bytes of the file.
+  // facts_json: the facts about the models for the script (viewer.js, points.js). Returns the bytes of the
+  // file.
   std::uint64_t finish(std::string_view facts_json);
 
  private:

@@ -1,4 +1,4 @@
-// The files of io/page that every page of models is made of, as they are in the source tree.
+// The files of io/page, as they are in the source tree, that make every page of models.
 #pragma once
 
 #include <string_view>

@@ -58,7 +58,7 @@ std::string link_to(std::string_view file) {
   return out;
 }
 
-// Escaped, with raised and lowered runs.
+// The text escaped, with raised and lowered runs.
 std::string marked_up(std::string_view text) {
   std::string out;
   for (const TextRun& run : text_runs(text)) {
@@ -74,7 +74,7 @@ std::string paragraph(const PageParagraph& content) {
   return "<p>" + label + marked_up(content.text) + "</p>\n";
 }
 
-// Without the declaration of a document of its own.
+// The SVG without its XML declaration.
 std::string_view svg_element(std::string_view svg) {
   return svg.substr(std::min(svg.find("<svg"), svg.size()));
 }

@@ -10,12 +10,12 @@ namespace meander {
 
 struct PageImage {
   std::string file{};     // relative to the page, `/` between folders, UTF-8
-  std::string text{};     // what one sees in it, for readers who cannot
+  std::string text{};     // its description, for readers who cannot see it
   std::string caption{};  // below it; empty: none
-  std::string svg{};      // instead of a file: what svg_plot and svg_matrix make; it stands in the page
+  std::string svg{};      // an SVG in the page instead of a file
 };
 
-// "Measured" and what was, "The survey" and what it claims, ...
+// A paragraph with a label such as "Measured" or "Claim".
 struct PageParagraph {
   std::string label{};  // set bold before the text; empty: none
   std::string text{};
@@ -24,15 +24,15 @@ struct PageParagraph {
 struct PageTable {
   std::string caption{};
   Table table{};
-  bool plain = false;  // names of users: ^{...} and _{...} are no marks in its cells
+  bool plain = false;  // its cells hold names of users, in which ^{...} and _{...} are not markup
 };
 
 struct PageFigure {
   std::string heading{};
-  std::vector<PageImage> images{};  // side by side where there is room
+  std::vector<PageImage> images{};  // side by side if there is room
   std::vector<PageParagraph> paragraphs{};
   std::vector<PageTable> tables{};
-  std::vector<std::string> data{};  // files behind it, relative; linked by their names
+  std::vector<std::string> data{};  // relative paths of data files, linked by their names
 };
 
 struct FigurePage {
@@ -42,10 +42,10 @@ struct FigurePage {
   std::string footer{};  // command line, version, time taken; empty: none
 };
 
-// HTML that is also well-formed XML: UTF-8, contents list when there are several figures, style inside, light
-// or dark as the reader's system is set, one column on small screens, no scripts, nothing loaded but the
-// images named. All texts are escaped, file names percent-encoded. Throws std::invalid_argument for a file
-// name that is absolute or holds a scheme (`:` before the first `/`), and what check_table throws.
+// HTML that is also well-formed XML, in UTF-8: a list of contents if there are several figures, style inside,
+// light or dark as the reader's system, one column on small screens, no scripts; it loads only the named
+// images. All texts are escaped and file names percent-encoded. Throws std::invalid_argument for a file name
+// that is absolute or has a scheme (`:` before the first `/`), and what check_table throws.
 std::string html_page(const FigurePage& page);
 
 }  // namespace meander

@@ -10,7 +10,7 @@ namespace {
 
 constexpr std::string_view replacement = "\xEF\xBF\xBD";
 
-// What stands for one character; `bytes` is a well-formed sequence.
+// The escaped form of one character; `bytes` is a well-formed sequence.
 std::string_view escaped(std::string_view bytes) {
   switch (bytes[0]) {
     case '&':

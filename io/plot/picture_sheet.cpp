@@ -10,13 +10,13 @@ namespace meander {
 
 namespace {
 
-constexpr Rgb caption_colour{40, 40, 40}, failure_colour{150, 60, 40};
+constexpr Rgb caption_color{40, 40, 40}, failure_color{150, 60, 40};
 constexpr std::uint8_t tile_grey = 243;
 
 void draw_failure(RgbImage& sheet, const std::string& words, std::uint32_t x, std::uint32_t y,
                   const SheetLook& look) {
   sheet.fill(x, y, look.cell, look.cell, {tile_grey, tile_grey, tile_grey});
-  const TextStyle style{look.text_size, false, failure_colour};
+  const TextStyle style{look.text_size, false, failure_color};
   const double line = 1.4 * look.text_size, room = look.cell - 2 * look.text_size;
   const auto most = static_cast<std::size_t>(std::max(1.0, std::floor(0.8 * look.cell / line)));
   const std::vector<std::string> lines = wrapped_text(words, room, most, style);
@@ -28,18 +28,18 @@ void draw_failure(RgbImage& sheet, const std::string& words, std::uint32_t x, st
   }
 }
 
-void draw_frame(RgbImage& sheet, Rgb colour, std::uint32_t x, std::uint32_t y, const SheetLook& look) {
+void draw_frame(RgbImage& sheet, Rgb color, std::uint32_t x, std::uint32_t y, const SheetLook& look) {
   const std::uint32_t width = std::max<std::uint32_t>(2, look.cell / 60);
-  sheet.fill(x, y, look.cell, width, srgb(colour));
-  sheet.fill(x, y + look.cell - width, look.cell, width, srgb(colour));
-  sheet.fill(x, y, width, look.cell, srgb(colour));
-  sheet.fill(x + look.cell - width, y, width, look.cell, srgb(colour));
+  sheet.fill(x, y, look.cell, width, srgb(color));
+  sheet.fill(x, y + look.cell - width, look.cell, width, srgb(color));
+  sheet.fill(x, y, width, look.cell, srgb(color));
+  sheet.fill(x + look.cell - width, y, width, look.cell, srgb(color));
 }
 
 void draw_cell(RgbImage& sheet, const SheetCell& cell, std::uint32_t x, std::uint32_t y,
                const SheetLook& look) {
   if (cell.picture.width == 0 && cell.failure.empty()) {
-    // Nothing belongs here.
+    // An empty cell stays white.
   } else if (cell.picture.width == 0) {
     draw_failure(sheet, cell.failure, x, y, look);
   } else {
@@ -49,19 +49,19 @@ void draw_cell(RgbImage& sheet, const SheetCell& cell, std::uint32_t x, std::uin
       std::copy_n(cell.picture.pixel(0, row), std::size_t{3} * look.cell, sheet.pixel(x, y + row));
   }
   if (cell.frame) draw_frame(sheet, *cell.frame, x, y, look);
-  const TextStyle title{look.text_size, false, caption_colour};
+  const TextStyle title{look.text_size, false, caption_color};
   const double middle = x + 0.5 * look.cell;
   paint_text(sheet, shortened_at_front(cell.title, look.cell, title), middle,
              y + look.cell + 1.1 * look.text_size, title, TextAlign::centre);
   if (cell.note.empty()) return;
-  const TextStyle note{0.85 * look.text_size, false, cell.note_colour};
+  const TextStyle note{0.85 * look.text_size, false, cell.note_color};
   paint_text(sheet, shortened_at_front(cell.note, look.cell, note), middle,
              y + look.cell + 2.4 * look.text_size, note, TextAlign::centre);
 }
 
 double bar_length(const SheetLook& look) { return 20 * look.text_size; }
 
-// Pixels that a legend is wide.
+// The width of a legend in pixels.
 double legend_width(const SheetLegend& legend, const SheetLook& look) {
   const TextStyle style{look.text_size};
   double title = painted_width(legend.title, style);
@@ -72,7 +72,7 @@ double legend_width(const SheetLegend& legend, const SheetLook& look) {
 }
 
 void draw_legend(RgbImage& sheet, const SheetLegend& legend, double top, const SheetLook& look) {
-  const TextStyle style{look.text_size, false, caption_colour};
+  const TextStyle style{look.text_size, false, caption_color};
   const double middle = 0.5 * sheet.width, baseline = top + look.text_size;
   if (!legend.keys.empty()) {
     double x = 0.5 * (sheet.width - legend_width(legend, look));
@@ -82,7 +82,7 @@ void draw_legend(RgbImage& sheet, const SheetLegend& legend, double top, const S
     for (const LegendKey& key : legend.keys) {
       x += 1.2 * look.text_size;
       sheet.fill(static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(baseline) - side + 1, side, side,
-                 srgb(key.colour));
+                 srgb(key.color));
       x += 1.3 * look.text_size;
       paint_text(sheet, key.text, x, baseline, style);
       x += painted_width(key.text, style);
@@ -95,8 +95,7 @@ void draw_legend(RgbImage& sheet, const SheetLegend& legend, double top, const S
   const auto y = static_cast<std::uint32_t>(baseline + 0.6 * look.text_size);
   const auto height = static_cast<std::uint32_t>(look.text_size);
   for (std::uint32_t i = 0; i < static_cast<std::uint32_t>(length); ++i) {
-    sheet.fill(static_cast<std::uint32_t>(begin) + i, y, 1, height,
-               srgb(map_colour(i / (length - 1))));
+    sheet.fill(static_cast<std::uint32_t>(begin) + i, y, 1, height, srgb(map_color(i / (length - 1))));
   }
   paint_text(sheet, legend.low, begin - 0.5 * look.text_size, y + 0.85 * height, style, TextAlign::right);
   paint_text(sheet, legend.high, begin + length + 0.5 * look.text_size, y + 0.85 * height, style);

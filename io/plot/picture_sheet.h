@@ -7,24 +7,24 @@
 #include <string>
 #include <vector>
 
-#include "io/plot/colour.h"
+#include "io/plot/color.h"
 #include "kernels/data/rgb_image.h"
 
 namespace meander {
 
 struct SheetCell {
-  RgbImage picture;    // of the size of a cell; empty: a tile with the words of `failure`
-  std::string title;   // below the picture; of one that is too long the end is shown
+  RgbImage picture;    // of the size of a cell; empty: a tile with the text of `failure`
+  std::string title;   // below the picture; only the end of a long one is shown
   std::string note{};  // a second, smaller line; empty: none
-  Rgb note_colour{120, 120, 120};
-  std::string failure{};       // why there is no picture; empty as well: the place stays white
+  Rgb note_color{120, 120, 120};
+  std::string failure{};       // the reason for no picture; empty too: the cell stays white
   std::optional<Rgb> frame{};  // around the picture
 };
 
-// What the colours of a sheet mean: a bar from `low` to `high`, or the words of `title`, and colours with
-// their meanings behind it.
+// The meaning of the colors of a sheet: a bar from `low` to `high` or the text of `title`, followed by colors
+// with their meanings.
 struct LegendKey {
-  Rgb colour;
+  Rgb color;
   std::string text;
 };
 struct SheetLegend {
@@ -36,13 +36,14 @@ struct SheetLegend {
 
 struct SheetLook {
   std::uint32_t cell = 360;   // pixels, width and height of a picture; 32..4096
-  std::uint32_t columns = 0;  // 0: as many as make the sheet about 4 : 3
+  std::uint32_t columns = 0;  // 0: for a sheet of about 4 : 3
   double text_size = 15;      // pixels of an em
   std::uint32_t gap = 18;     // pixels between cells and at the border
 };
 
-// Cells row by row from the upper left on white, the legend below. Without cells one empty cell. Throws
-// std::invalid_argument for a picture of another size than a cell's, and what paint_text throws.
+// The sheet: cells row by row from the upper left on white, with the legend below; one empty cell if there
+// are none. Throws std::invalid_argument for a picture that is not of the size of a cell, and what paint_text
+// throws.
 RgbImage picture_sheet(std::span<const SheetCell> cells, const std::optional<SheetLegend>& legend,
                        const SheetLook& look = {});
 

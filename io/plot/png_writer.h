@@ -1,4 +1,4 @@
-// Writing pictures as PNG.
+// Writes pictures as PNG.
 #pragma once
 
 #include <cstddef>
@@ -14,8 +14,8 @@ namespace meander {
 // std::runtime_error with libpng's reason.
 std::vector<std::byte> encode_png(const RgbImage& image);
 
-// Written to a temporary name beside it, synced and renamed, so that `path` is the old picture or the whole
-// new one. Throws what encode_png throws, and FileError.
+// Writes the picture under a temporary name beside `path`, syncs and renames it, so that `path` is the old
+// picture or the complete new one. Throws what encode_png throws, and FileError.
 void write_png(const std::filesystem::path& path, const RgbImage& image);
 
 }  // namespace meander

@@ -28,7 +28,7 @@ void check(cairo_status_t status) {
     throw std::runtime_error(std::string("text cannot be drawn: ") + cairo_status_to_string(status));
 }
 
-// A mask of coverage with the font of the style chosen.
+// A mask of coverage, with the font of the style selected.
 struct Mask {
   Surface surface;
   Context context;
@@ -67,8 +67,8 @@ double advance(const Mask& mask, const std::string& text) {
   return extents.x_advance;
 }
 
-void mix(std::uint8_t* pixel, const Rgb& colour, unsigned coverage) {
-  const std::uint8_t own[3] = {colour.red, colour.green, colour.blue};
+void mix(std::uint8_t* pixel, const Rgb& color, unsigned coverage) {
+  const std::uint8_t own[3] = {color.red, color.green, color.blue};
   for (int k = 0; k < 3; ++k)
     pixel[k] = static_cast<std::uint8_t>((pixel[k] * (255 - coverage) + own[k] * coverage + 127) / 255);
 }
@@ -102,7 +102,7 @@ void paint_text(RgbImage& image, std::string_view text, double x, double baselin
       if (at_x < 0 || at_y < 0 || at_x >= image.width || at_y >= image.height) continue;
       const unsigned covered = coverage[static_cast<std::ptrdiff_t>(row) * stride + column];
       if (covered > 0)
-        mix(image.pixel(static_cast<std::uint32_t>(at_x), static_cast<std::uint32_t>(at_y)), style.colour,
+        mix(image.pixel(static_cast<std::uint32_t>(at_x), static_cast<std::uint32_t>(at_y)), style.color,
             covered);
     }
 }

@@ -11,13 +11,14 @@ namespace meander {
 namespace {
 
 constexpr std::string_view npy_magic("\x93NUMPY", 6);
-constexpr std::size_t most_dimensions = 32;  // as many as numpy has
+constexpr std::size_t max_dimensions = 32;  // that of numpy
 
 [[noreturn]] void fail_header(const std::string& what) {
   throw ItemError(Status::unreadable, "the header of the array " + what);
 }
 
-// The dictionary of the header, a literal of Python: three keys with a text, a truth and a tuple of integers.
+// The dictionary of the header, a literal of Python: three keys with a string, a Boolean and a tuple of
+// integers.
 class NpyDictionary {
  public:
   explicit NpyDictionary(std::string_view text) : rest_(text) {}
@@ -50,7 +51,7 @@ class NpyDictionary {
 
  private:
   void skip_blanks() {
-    // Some writers fill up with zeros.
+    // Some writers pad with zeros.
     while (!rest_.empty() && static_cast<unsigned char>(rest_.front()) <= ' ') rest_.remove_prefix(1);
   }
   bool take(char c) {
@@ -81,7 +82,7 @@ class NpyDictionary {
     }
     fail_header("says neither True nor False for fortran_order");
   }
-  // Values with fields have a list instead of a name; it is passed over.
+  // Values with fields have a list instead of a name, which is skipped.
   void read_type(std::string& type) {
     skip_blanks();
     if (!rest_.starts_with('[')) {
@@ -113,7 +114,7 @@ class NpyDictionary {
       rest_.remove_prefix(static_cast<std::size_t>(end - rest_.data()));
       if (rest_.starts_with('L')) rest_.remove_prefix(1);  // long integers of Python 2
       shape.push_back(extent);
-      if (shape.size() > most_dimensions) fail_header("has a shape of more than 32 dimensions");
+      if (shape.size() > max_dimensions) fail_header("has a shape of more than 32 dimensions");
       if (take(')')) break;
       expect(',');
     }
@@ -127,7 +128,7 @@ class NpyDictionary {
 std::string npy_header(std::string_view type, std::span<const std::uint64_t> shape) {
   std::string extents;
   for (const std::uint64_t extent : shape) extents += fmt::format("{}, ", extent);
-  // numpy leaves the last comma out, but for tuples of one.
+  // numpy omits the last comma, except in tuples of one.
   if (shape.size() > 1) extents.resize(extents.size() - 2);
   if (shape.size() == 1) extents.resize(extents.size() - 1);
   std::string text = fmt::format("{{'descr': '{}', 'fortran_order': False, 'shape': ({}), }}", type, extents);

@@ -10,23 +10,22 @@
 
 namespace meander {
 
-// What stands in an .npy file (version 1.0 of the format) before the values of an array in C order. `type` as
-// numpy writes it ("<f4", "|u1"). The values begin at a multiple of 64 bytes.
+// The header of an .npy file (version 1.0 of the format) for an array in C order. `type` as numpy writes it
+// ("<f4", "|u1"). The values begin at a multiple of 64 bytes.
 std::string npy_header(std::string_view type, std::span<const std::uint64_t> shape);
 
-// What the header of a file says about the values behind it.
+// The contents of the header of a file.
 struct NpyHeader {
-  std::string type;                  // "<f8"; empty where the values have fields
-  bool fortran_order = false;        // the first index runs fastest
-  std::vector<std::uint64_t> shape;  // as the file states it: nothing is checked against its length
-  std::size_t bytes = 0;             // where the values begin
+  std::string type;                  // "<f8"; empty for values with fields
+  bool fortran_order = false;        // the first index varies fastest
+  std::vector<std::uint64_t> shape;  // as stated, not checked against the length of the file
+  std::size_t bytes = 0;             // the offset of the values
 };
 
-// Reads the header of a whole file, of versions 1 to 3, from any writer: keys in any order, any blanks.
-// Throws ItemError with a sentence: unreadable for no or a damaged header, unsupported_format for later
-// versions. O(header).
+// Reads the header of a whole file of versions 1 to 3, by any writer: keys in any order, any blanks. Throws
+// ItemError: unreadable for a missing or damaged header, unsupported_format for later versions. O(header).
 NpyHeader read_npy_header(std::string_view content);
-// Whether the content begins as files of this format do.
+// Whether the content begins like a file of this format.
 bool looks_like_npy(std::string_view content);
 
 }  // namespace meander

@@ -1,4 +1,4 @@
-// A table of results, to be printed, written as CSV, as JSON or into a page.
+// A table of results, printed on a terminal, written as CSV or JSON, or shown in a page.
 #pragma once
 
 #include <concepts>
@@ -9,11 +9,12 @@
 #include <utility>
 #include <vector>
 
+#include "io/json_writer.h"
+
 namespace meander {
 
 enum class CellKind { empty, number, whole, text };
 
-// Nothing, a number, a whole number or text.
 struct TableCell {
   CellKind kind = CellKind::empty;
   double number = 0;
@@ -35,7 +36,7 @@ struct TableCell {
 
 struct TableColumn {
   std::string name{};
-  int digits = 4;  // significant ones of numbers for the eye, 1..17; CSV and JSON always keep all
+  int digits = 4;  // significant digits of printed numbers, 1 to 17; CSV and JSON keep all
 };
 
 struct Table {
@@ -43,21 +44,37 @@ struct Table {
   std::vector<std::vector<TableCell>> rows{};  // shorter ones end in empty cells
 };
 
-// Throws std::invalid_argument when a row is longer than there are columns or digits are out of range. Called
-// by everything that writes a table.
+// Throws std::invalid_argument when a row has more cells than the table has columns, or digits are out of
+// range. Everything that writes a table calls it.
 void check_table(const Table& table);
 
-// A number with that many significant digits for the eye: plain from 0.0001 to 9999999 (whole digits are
+// A number rounded for reading to `digits` significant digits: plain from 0.0001 to 9999999 (whole digits are
 // never rounded away), else with an exponent; "-" for NaN, "inf", "-inf".
 std::string readable_number(double number, int digits);
 
-// A whole number in full.
+// The digits of a whole number, with its sign.
 std::string whole_number(const TableCell& cell);
 
-// A cell for the eye: readable_number for numbers, whole numbers in full, nothing for empty cells.
+// A cell for reading: readable_number for numbers, whole numbers in full, nothing for empty cells.
 std::string readable_cell(const TableCell& cell, int digits);
 
-// No text stands in the column (of a table that check_table accepts): its entries go flush right.
+// Whether a column (of a table that check_table accepts) has no text: its entries are aligned right.
 bool is_numeric_column(const Table& table, std::size_t column);
+
+// The table for a terminal: one line of names, then one line per row, each ending in a newline; columns two
+// spaces apart and as wide as their widest entry, counted in code points. Numeric columns and their names are
+// aligned right, columns with any text left. Control characters inside entries become spaces. No trailing
+// spaces; "" for a table without columns. Throws what check_table throws.
+std::string text_table(const Table& table);
+
+// CSV (RFC 4180 with plain newlines): the header, then one line per row. Numbers are the shortest decimals
+// that read back to the same double (nan, inf, -inf for the others); empty cells are empty; text is quoted
+// where it is empty or holds a comma, a quote, a line break or spaces at its ends, and is not checked to be
+// UTF-8. Throws what check_table throws.
+std::string csv_text(const Table& table);
+
+// Appends a JSON array of one object per row, with the names of the columns as keys; empty cells and numbers
+// that are not finite are null. Throws what check_table throws.
+void write_table(JsonWriter& json, const Table& table);
 
 }  // namespace meander

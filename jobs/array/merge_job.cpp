@@ -1,4 +1,4 @@
-// meander merge: the shards of an array into its store, or finished stores into a new one.
+// meander merge joins the shards of an array into its store, or finished stores into a new one.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -38,7 +38,7 @@ struct MergeOptions {
   std::string pack_size;  // bytes with a unit; empty: one file
 };
 
-// Of a store that no run of this process has made.
+// Options for the summary of a store that this process has not made.
 RunOptions options_of(const std::string& path, const StoreReader& store, const MergeOptions& merging) {
   RunOptions options;
   options.store = path;
@@ -47,19 +47,18 @@ RunOptions options_of(const std::string& path, const StoreReader& store, const M
   return options;
 }
 
-// On standard error: results of two builds are equal but for what docs/STORE.md lists.
+// Warns of rows by several builds, which may differ where docs/STORE.md says so.
 void note_builds(const std::set<std::string>& builds) {
   if (builds.size() < 2) return;
   fmt::print(stderr,
-             "meander: {} builds made these rows, which may differ where docs/STORE.md says so "
-             "(Builds):\n",
+             "meander: {} builds made these rows, which may differ where docs/STORE.md says so (Builds):\n",
              builds.size());
   for (const std::string& build : builds) fmt::print(stderr, "  {}\n", build);
 }
 
 // ---- The shards of an array -------------------------------------------------------------------------------
 
-// Where the inputs of failed rows are.
+// The paths of the inputs of failed rows, by row.
 std::map<std::uint64_t, fs::path> failed_paths(const std::string& store, const RunArray& array) {
   std::map<std::uint64_t, fs::path> paths;
   for (std::size_t s = 0; s < array.shards.size(); ++s) {
@@ -159,7 +158,7 @@ class StoreMerge {
   }
 
  private:
-  // As a run leaves them, though a store keeps no paths: the list of failed items has their ids alone.
+  // Writes the reports of a run. A store keeps no paths, so the list of failed items has only their ids.
   void write_reports(const RunOptions& options, RunOutcome& outcome) const {
     auto since = inputs_read_since(options_.inputs.front());
     for (const std::string& path : options_.inputs) since = std::min(since, inputs_read_since(path));
@@ -171,7 +170,7 @@ class StoreMerge {
     write_failed_list(options, outcome.summary, [](std::uint64_t) { return fs::path(); });
   }
 
-  // What the ids of lists are relative to in all of them; empty where they differ.
+  // The root of the ids of lists in all stores; empty when they differ.
   std::string common_root() const {
     const std::string root = remembered_root(options_.inputs.front());
     const bool is_common =
@@ -180,7 +179,7 @@ class StoreMerge {
     return is_common ? root : std::string();
   }
 
-  // The rows of all stores, by id, and where each is.
+  // Plans the rows of all stores, by id, and notes the source of each.
   RunPlan join() {
     StoreHeader header = stores_.front()->header();
     std::set<std::string> names;
@@ -188,7 +187,7 @@ class StoreMerge {
     bool splits = false;
     for (std::size_t s = 0; s < stores_.size(); ++s) {
       const StoreReader& store = *stores_[s];
-      if (const std::string otherwise = made_otherwise(store, header); !otherwise.empty())
+      if (const std::string otherwise = parameter_mismatch(store, header); !otherwise.empty())
         throw UsageError(fmt::format("`{}` was made with other parameters than `{}`: {}", options_.inputs[s],
                                      options_.inputs.front(), otherwise));
       names.insert(store.label_names().begin(), store.label_names().end());
@@ -196,8 +195,8 @@ class StoreMerge {
       for (std::uint64_t row = 0; row < store.rows(); ++row) {
         const auto [at, added] = rows.try_emplace(store.id(row), s, row);
         if (!added)
-          throw UsageError(fmt::format("the item `{}` is in `{}` and in `{}`: ids must differ", at->first,
-                                       options_.inputs[at->second.first], options_.inputs[s]));
+          throw UsageError(fmt::format("the item `{}` is in both `{}` and `{}`: ids must be unique",
+                                       at->first, options_.inputs[at->second.first], options_.inputs[s]));
       }
     }
     header.label_names.assign(names.begin(), names.end());
@@ -237,18 +236,16 @@ int merge(const MergeOptions& options, const Laboratory* laboratory) {
       print_summary(outcome, options_of(store, reader, options));
       return outcome.exit_code();
     }
-    throw UsageError(fmt::format("`{}` is no run that `meander plan` made", path));
+    throw UsageError(fmt::format("`{}` is not a run that `meander plan` made", path));
   }
   if (!options.pack_size.empty())
     throw UsageError(
-        "--pack-size divides what an array of tasks made (STORE.run); finished stores become one file");
+        "--pack-size applies to the store of an array (STORE.run); finished stores are merged into one file");
   for (const std::string& path : options.inputs)
     if (!store_of_array(path).empty())
-      throw UsageError(
-          fmt::format("`{0}` holds the shards of an array: `meander merge {0}` makes its store, "
-                      "which other stores can be merged with afterwards",
-                      path));
-  if (options.output.empty()) throw UsageError("several stores are merged into a new one: give it with -o");
+      throw UsageError(fmt::format(
+          "`{0}` holds the shards of an array: make its store with `meander merge {0}` first", path));
+  if (options.output.empty()) throw UsageError("several stores are merged into a new one: name it with -o");
   return StoreMerge(options).run();
 }
 
@@ -256,15 +253,15 @@ int merge(const MergeOptions& options, const Laboratory* laboratory) {
 
 JobFunction add_merge_job(Command& program, const Laboratory* laboratory) {
   Command command =
-      program.add_subcommand("merge", "Put the shards of an array, or finished stores, together");
+      program.add_subcommand("merge", "Join the shards of an array, or finished stores, into one store");
   auto options = std::make_shared<MergeOptions>();
   command
       .add_option("STORE", options->inputs, "STORE.run of `meander plan`, or stores of the same parameters")
       .required();
   command.add_option("-o,--output", options->output, "The store to write, for finished stores");
   command.add_option("--pack-size", options->pack_size,
-                     "Above this size, before compression and without ids, write packs of at most this size, "
-                     "though never of fewer than 4,096 rows, and an index, as 100G; for STORE.run");
+                     "Write a store larger than this (100G, say; before compression, without ids) as packs "
+                     "of at most this size, of 4,096 rows or more, and an index; for STORE.run");
   command.add_flag("--fresh", options->fresh, "Replace a store of this name");
   add_trust_option(command, options->check);
   command.add_flag("--json", options->json, "The summary as JSON on standard output");

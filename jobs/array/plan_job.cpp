@@ -1,7 +1,6 @@
-// meander plan: divides a run among many processes.
+// meander plan divides a run among many processes.
 #include <fmt/format.h>
 
-#include <charconv>
 #include <chrono>
 #include <filesystem>
 #include <memory>
@@ -11,19 +10,14 @@
 #include "io/json_writer.h"
 #include "jobs/cli/exit_status.h"
 #include "jobs/cli/jobs.h"
-#include "jobs/cli/output_guard.h"
 #include "jobs/cli/units.h"
 #include "jobs/cli/usage_error.h"
-#include "jobs/inputs/input_options.h"
-#include "jobs/inputs/label_file.h"
 #include "jobs/rows/laboratory.h"
 #include "jobs/rows/memory_budget.h"
 #include "jobs/rows/run_header.h"
 #include "jobs/rows/store_update.h"
-#include "jobs/rows/tensor_files.h"
 #include "jobs/run/array_plan.h"
 #include "jobs/run/array_script.h"
-#include "jobs/run/plan_options.h"
 #include "kernels/core/parallel.h"
 
 namespace meander {
@@ -39,23 +33,22 @@ class PlanJob {
 
   int run() {
     const auto listed = std::chrono::system_clock::now() - std::chrono::seconds(2);
-    Inputs inputs = collect_inputs(run_.inputs, run_.collect);
-    print_unread(inputs.notes);
-    plan_tensor_files(run_.sample.tensor, inputs.items);
-    if (inputs.items.empty()) throw UsageError("no mesh file (" + mesh_extensions() + ") in the input");
+    const Inputs inputs = collect_run_inputs(run_);
     choose_attribute_kinds(run_, nullptr, inputs.items);
     const StoreHeader header = run_header(run_, inputs, laboratory_);
-    check_outputs(inputs);
+    check_run_outputs(run_, inputs);
+    if (!run_.fresh && fs::exists(run_.store))
+      throw UsageError(fmt::format(
+          "`{}` exists: bring it up to date with `meander run`, or replace it with --fresh", run_.store));
     if (run_.fresh) discard_run(run_.store);
     if (read_run_plan(run_.store))
       throw UsageError(
-          fmt::format("`{}.run` holds an unfinished run of one process: the command that began "
-                      "it continues it, --fresh discards it",
+          fmt::format("`{}.run` holds an unfinished run of one process: repeat the command that began it, or "
+                      "discard it with --fresh",
                       run_.store));
     if (read_run_array(run_.store))
       throw UsageError(fmt::format(
-          "`{}.run` is planned already: `meander status` tells how far it is, --fresh discards it",
-          run_.store));
+          "`{}.run` is planned already: see `meander status`, or discard it with --fresh", run_.store));
     const std::vector<double> costs = costs_of(inputs.items);
     const std::size_t count = shards(costs);
     RunArray array{arguments_,
@@ -63,7 +56,7 @@ class PlanJob {
                    std::chrono::nanoseconds(listed.time_since_epoch()).count(),
                    inputs.items.size(),
                    cut_into_shards(costs, count),
-                   shards_per_task(count, options_.most_tasks)};
+                   shards_per_task(count, options_.max_tasks)};
     const std::string script = script_of(array);
     create_run_array(run_.store, array, {header, purpose_sample, inputs.root.string()},
                      [&](std::size_t s, const fs::path& folder) {
@@ -79,16 +72,6 @@ class PlanJob {
   }
 
  private:
-  void check_outputs(const Inputs& inputs) const {
-    std::vector<fs::path> read = input_files(run_.inputs, inputs.items);
-    for (const std::string& labels : run_.collect.labels) read.push_back(path_of_labels(labels));
-    check_run_outputs(run_.store, run_.fresh, read);
-    if (!run_.fresh && fs::exists(run_.store))
-      throw UsageError(fmt::format(
-          "`{}` exists: `meander run` with these inputs brings it up to date, --fresh replaces it",
-          run_.store));
-  }
-
   std::vector<double> costs_of(const std::vector<PlanItem>& items) const {
     std::vector<double> costs(items.size());
     parallel_tasks(items.size(), [&](std::size_t i) {
@@ -104,15 +87,14 @@ class PlanJob {
     if (options_.shards == "auto")
       return std::min(shards_of_minutes(costs, options_.minutes_per_shard, std::max(1, run_.threads)),
                       static_cast<std::size_t>(max_shards));
-    std::size_t count = 0;
-    const char* const end = options_.shards.data() + options_.shards.size();
-    if (std::from_chars(options_.shards.data(), end, count).ptr != end || count < 1 || count > max_shards)
+    const std::uint64_t count = number_in(options_.shards).value_or(0);
+    if (count < 1 || count > max_shards)
       throw UsageError(fmt::format("--shards: `{}` is neither `auto` nor a number from 1 to {}",
                                    options_.shards, max_shards));
     return count;
   }
 
-  // Before anything is written: a path may be one that the scheduler cannot name.
+  // Made before anything is written, since the scheduler may not be able to name a path.
   std::string script_of(const RunArray& array) const {
     if (options_.emit.empty()) return {};
     return array_script(options_.emit, {running_program(), fs::absolute(run_.store), array.shards.size(),
@@ -124,18 +106,16 @@ class PlanJob {
     const std::uint64_t each = array.shards_per_task, tasks = (count + each - 1) / each;
     const double total = std::accumulate(costs.begin(), costs.end(), 0.0);
     if (run_.json) {
-      JsonWriter json;
-      json.begin_object();
-      json.member("run", run_.store + ".run");
-      json.member("rows", array.rows);
-      json.member("shards", std::uint64_t{count});
-      json.member("tasks", tasks);
-      json.member("shards_per_task", each);
-      json.member("array", fmt::format("0-{}", tasks - 1));
-      json.member("estimated_processor_seconds", total);
-      json.member("largest_shard_seconds", array.shards.front().cost);
-      json.end_object();
-      fmt::print("{}\n", json.text());
+      fmt::print("{}\n", json_object([&](JsonWriter& json) {
+                   json.member("run", run_.store + ".run");
+                   json.member("rows", array.rows);
+                   json.member("shards", std::uint64_t{count});
+                   json.member("tasks", tasks);
+                   json.member("shards_per_task", each);
+                   json.member("array", fmt::format("0-{}", tasks - 1));
+                   json.member("estimated_processor_seconds", total);
+                   json.member("largest_shard_seconds", array.shards.front().cost);
+                 }));
       return;
     }
     fmt::print("{}.run: {} models in {} shards, about {:.0f} processor seconds, the largest shard {:.1f}\n",
@@ -162,7 +142,7 @@ JobFunction add_plan_job(Command& program, const Laboratory* laboratory, std::ve
     if (options->run.store.empty()) throw UsageError("--output is required");
     const int threads = options->run.threads;
     resolve_run_options(options->run, *texts, laboratory);
-    options->run.threads = threads;  // of a task, not of this command
+    options->run.threads = threads;  // those of a task, not of this command
     return PlanJob(*options, arguments, laboratory).run();
   };
 }

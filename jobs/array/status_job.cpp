@@ -1,4 +1,4 @@
-// meander status: how far an array is.
+// meander status shows the progress of an array.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -25,45 +25,35 @@ namespace fs = std::filesystem;
 struct StatusOptions {
   std::string run;
   bool array = false, json = false;
-  int offset = 0;                   // as the tasks were given them
+  int offset = 0;                   // as given to the tasks
   std::uint64_t shards_a_task = 0;  // 0: as planned
 };
-
-enum class ShardState { done, in_work, interrupted, waiting };
-
-// The lock tells whether a process of this machine, or of one whose file system shares locks, works on it.
-ShardState state_of(const std::string& store, std::size_t shard) {
-  if (fs::exists(shard_store(store, shard))) return ShardState::done;
-  switch (lock_state(shard_folder(store, shard), "lock")) {
-    case LockState::absent:
-      return ShardState::waiting;
-    case LockState::free:
-      return ShardState::interrupted;
-    case LockState::held:
-      return ShardState::in_work;
-  }
-  return ShardState::waiting;
-}
 
 struct ArrayStatus {
   std::uint64_t rows_done = 0, failed = 0;
   std::vector<std::size_t> done, in_work, interrupted, waiting, missing;
   double cost = 0, cost_done = 0;
-  double seconds = 0, reported_cost = 0;  // of the shards that say how long they took
+  double seconds = 0, reported_cost = 0;  // of the shards with a report
 };
+
+// The list of a shard. Its lock shows whether a process works on it: of this machine, or of one that shares
+// locks.
+std::vector<std::size_t> ArrayStatus::*list_of(const std::string& store, std::size_t number,
+                                               const ArrayShard& shard) {
+  if (shard.rows() == 0 || fs::exists(shard_store(store, number))) return &ArrayStatus::done;
+  const LockState lock = lock_state(shard_folder(store, number), "lock");
+  if (lock == LockState::absent) return &ArrayStatus::waiting;
+  return lock == LockState::held ? &ArrayStatus::in_work : &ArrayStatus::interrupted;
+}
 
 ArrayStatus status_of(const std::string& store, const RunArray& array) {
   ArrayStatus status;
   for (std::size_t s = 0; s < array.shards.size(); ++s) {
     const ArrayShard& shard = array.shards[s];
     status.cost += shard.cost;
-    const ShardState state = shard.rows() == 0 ? ShardState::done : state_of(store, s);
-    (state == ShardState::done          ? status.done
-     : state == ShardState::in_work     ? status.in_work
-     : state == ShardState::interrupted ? status.interrupted
-                                        : status.waiting)
-        .push_back(s);
-    if (state != ShardState::done) {
+    const auto list = list_of(store, s, shard);
+    (status.*list).push_back(s);
+    if (list != &ArrayStatus::done) {
       status.missing.push_back(s);
       continue;
     }
@@ -78,7 +68,7 @@ ArrayStatus status_of(const std::string& store, const RunArray& array) {
   return status;
 }
 
-// Of all tasks that are at work now, or of one; negative when no shard has told yet.
+// The remaining time of the tasks at work, or of one if there are none; negative before the first report.
 double seconds_left(const ArrayStatus& status) {
   if (status.seconds <= 0 || status.reported_cost <= 0) return -1;
   const double tasks = static_cast<double>(std::max<std::size_t>(1, status.in_work.size()));
@@ -92,20 +82,18 @@ std::string missing_tasks(const StatusOptions& options, const RunArray& array, c
 }
 
 void print_json(const StatusOptions& options, const RunArray& array, const ArrayStatus& status) {
-  JsonWriter json;
-  json.begin_object();
-  json.member("rows", array.rows);
-  json.member("rows_done", status.rows_done);
-  json.member("failed", status.failed);
-  json.member("shards", std::uint64_t{array.shards.size()});
-  json.member("shards_done", std::uint64_t{status.done.size()});
-  json.member("shards_in_work", std::uint64_t{status.in_work.size()});
-  json.member("shards_interrupted", std::uint64_t{status.interrupted.size()});
-  json.member("shards_per_task", array.shards_per_task);
-  json.member("array", missing_tasks(options, array, status));
-  if (const double left = seconds_left(status); left >= 0) json.member("seconds_left", left);
-  json.end_object();
-  fmt::print("{}\n", json.text());
+  fmt::print("{}\n", json_object([&](JsonWriter& json) {
+               json.member("rows", array.rows);
+               json.member("rows_done", status.rows_done);
+               json.member("failed", status.failed);
+               json.member("shards", std::uint64_t{array.shards.size()});
+               json.member("shards_done", std::uint64_t{status.done.size()});
+               json.member("shards_in_work", std::uint64_t{status.in_work.size()});
+               json.member("shards_interrupted", std::uint64_t{status.interrupted.size()});
+               json.member("shards_per_task", array.shards_per_task);
+               json.member("array", missing_tasks(options, array, status));
+               if (const double left = seconds_left(status); left >= 0) json.member("seconds_left", left);
+             }));
 }
 
 void print_status(const std::string& store, const StatusOptions& options, const RunArray& array,
@@ -131,9 +119,9 @@ void print_status(const std::string& store, const StatusOptions& options, const 
 
 int print(const StatusOptions& options) {
   if (!options.array && !options.json && (options.offset != 0 || options.shards_a_task != 0))
-    throw UsageError("--shard-offset and --shards-per-task say what --array and --json count");
+    throw UsageError("--shard-offset and --shards-per-task apply to --array and --json");
   const std::string store = store_of_array(options.run);
-  if (store.empty()) throw UsageError(fmt::format("`{}` is no run that `meander plan` made", options.run));
+  if (store.empty()) throw UsageError(fmt::format("`{}` is not a run that `meander plan` made", options.run));
   const RunArray array = *read_run_array(store);
   const ArrayStatus status = status_of(store, array);
   if (options.array)
@@ -148,10 +136,10 @@ int print(const StatusOptions& options) {
 }  // namespace
 
 JobFunction add_status_job(Command& program) {
-  Command command = program.add_subcommand("status", "How far an array of `meander plan` is");
+  Command command = program.add_subcommand("status", "Show the progress of an array of `meander plan`");
   auto options = std::make_shared<StatusOptions>();
   command.add_option("STORE.run", options->run, "The folder that `meander plan` made").required();
-  command.add_flag("--array", options->array, "Print the tasks to start again, as 3,7-9");
+  command.add_flag("--array", options->array, "Print the tasks to start again, such as 3,7-9");
   add_task_options(command, options->offset, options->shards_a_task);
   command.add_flag("--json", options->json, "The status as JSON");
   return [options] { return print(*options); };

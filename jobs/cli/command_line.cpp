@@ -19,10 +19,10 @@ namespace meander {
 
 namespace {
 
-// The validator of options that take one of several words; its description lists them.
+// The name of the validator of options that take one of several words; its description lists them.
 constexpr const char* words_validator = "words";
 
-// As CLI::Range, whose sentence is another one in every other version.
+// Replaces CLI::Range, whose error message differs between versions of CLI11.
 template <class Value>
 CLI::Validator range_validator(Value low, Value high) {
   const std::string lowest = fmt::format("{}", low), highest = fmt::format("{}", high);
@@ -34,7 +34,7 @@ CLI::Validator range_validator(Value low, Value high) {
           fmt::format("{} in [{} - {}]", CLI::detail::type_name<Value>(), lowest, highest), ""};
 }
 
-// Writes what stands behind the names of an option in the help, alike with every version of CLI11.
+// Writes what follows the names of an option in the help, the same for every version of CLI11.
 class OptionFormatter : public CLI::Formatter {
  public:
   std::string make_option_opts(const CLI::Option* option) const override {
@@ -190,6 +190,7 @@ Option Command::add_flag(const std::string& names, std::function<void()> functio
 bool Command::chose(const std::string& subcommand) const { return command_->got_subcommand(subcommand); }
 
 bool Command::given(const std::string& option) const { return command_->count(option) > 0; }
+
 std::vector<std::string> Command::all_given() const {
   std::vector<std::string> names;
   for (const CLI::Option* option : command_->get_options())
@@ -208,7 +209,7 @@ std::vector<std::string> words_of(CLI::Option& option) {
       words.push_back(list.substr(0, bar));
     }
   } catch (const CLI::OptionNotFound&) {
-    // Any value will do.
+    // The option accepts any value.
   }
   return words;
 }
@@ -250,7 +251,7 @@ CommandDescription Command::description() const { return description_of(*command
 
 namespace {
 
-// One argument that no option or positional argument of the subcommand takes.
+// The message for one argument that the subcommand does not take.
 std::string explain_extra(const CLI::App& command, const std::string& word) {
   std::vector<std::string> candidates;
   if (!word.starts_with("-")) {
@@ -264,11 +265,11 @@ std::string explain_extra(const CLI::App& command, const std::string& word) {
   const std::string bare = word.substr(0, word.find('='));
   const std::string near = nearest(bare, candidates);
   if (!word.starts_with("--") && word.find(',') != std::string::npos)
-    return "unknown option `" + word + "`; for formulas that begin with a minus write 0 - x in place of -x";
+    return "unknown option `" + word + "`; write a formula that begins with a minus as 0 - x instead of -x";
   return "unknown option `" + bare + "`" + (near.empty() ? "" : ", did you mean `" + near + "`?");
 }
 
-// A command that is missing, or misspelt: the first word is none.
+// The message for a missing or misspelled command.
 std::string explain_missing_command(const CLI::App& command) {
   std::vector<std::string> names;
   std::string list;
@@ -282,7 +283,7 @@ std::string explain_missing_command(const CLI::App& command) {
       std::find_if(words.begin(), words.end(), [](const std::string& w) { return !w.starts_with("-"); });
   if (word == words.end()) return "a command is missing: " + list;
   const std::string near = nearest(*word, names);
-  return "`" + *word + "` is no command" +
+  return "`" + *word + "` is not a command" +
          (near.empty() ? ": the commands are " + list : ", did you mean `" + near + "`?");
 }
 
@@ -291,7 +292,7 @@ std::string explain(const CLI::App& program, const CLI::ParseError& error) {
   while (!command->get_subcommands().empty()) command = command->get_subcommands().front();
   if (dynamic_cast<const CLI::RequiredError*>(&error) != nullptr && command->get_require_subcommand_min() > 0)
     return explain_missing_command(*command);
-  // A misspelt option may be the one that is missing.
+  // The option that is missing may be a misspelled one.
   const bool misses = dynamic_cast<const CLI::RequiredError*>(&error) != nullptr;
   if (!misses && dynamic_cast<const CLI::ExtrasError*>(&error) == nullptr) return error.what();
   std::string text = misses ? error.what() : "";

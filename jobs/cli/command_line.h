@@ -1,5 +1,5 @@
-// The command line: subcommands and the variables that their options set. Every mistake is an error with a
-// suggestion. command_line.cpp is the only source that includes CLI11, whose header takes seconds to compile.
+// The command line: subcommands, and the variables that their options set. Every mistake is an error with a
+// suggestion. Only command_line.cpp includes CLI11, whose header takes seconds to compile.
 #pragma once
 
 #include <cstdint>
@@ -16,26 +16,26 @@ class Option;
 
 namespace meander {
 
-// What an option or a positional argument looks like from outside.
+// An option or a positional argument as manual pages and completions show it.
 struct OptionDescription {
   std::vector<std::string> flags;  // "-o", "--output"; empty for a positional argument
-  std::string value;  // what stands for its value: its name (positional), N, X or TEXT; empty: a flag
-  std::vector<std::string> words;  // the only values that it takes; empty: any
+  std::string value;  // the placeholder of its value: its name (positional), N, X or TEXT; empty: a flag
+  std::vector<std::string> words;  // the values that it accepts; empty: any
   std::string initial;             // the default as the help shows it; may be empty
   std::string help, heading;
   bool required = false, repeated = false;
 };
 
-// The program or a subcommand with all that belongs to it, in the order of the help; what the help does not
-// show is left out.
+// The program or a subcommand with its options and subcommands, in the order of the help and without those
+// that the help does not show.
 struct CommandDescription {
   std::string name, help, footer;
   std::vector<OptionDescription> options;
   std::vector<CommandDescription> subcommands;
 };
 
-// A handle of an option or a positional argument, valid as long as its CommandLine. All functions but the
-// checks may be called in any order; checks and `on_given` run in the order in which they were added.
+// A handle of an option or a positional argument, valid as long as its CommandLine. Checks and the functions
+// of `on_given` run in the order in which they were added; all else may be set in any order.
 class Option {
  public:
   explicit Option(CLI::Option* option) : option_(option) {}
@@ -44,25 +44,25 @@ class Option {
   Option& show_default();
   Option& show_default(const std::string& text);
   Option& required();
-  // Neither may be given together with the other.
+  // The two options cannot be given together.
   Option& excludes(const Option& other);
-  // May be given only together with the other.
+  // The option can be given only together with the other.
   Option& needs(const Option& other);
-  // A list may also be given as one argument, its members separated by this character.
+  // The members of a list may also be given in one argument, separated by this character.
   Option& separator(char character);
-  // A list takes one argument each time the option is given, so that others may follow it.
+  // A list takes one argument each time its option is given, so that positional arguments may follow.
   Option& one_at_a_time();
 
-  // Checks of each value. One of the words; the error names all words and the nearest one.
+  // The checks apply to each value. one_of: the error names all words, and the nearest one.
   Option& one_of(const std::vector<std::string>& words);
-  // From `low` to `high`, both included.
+  // range: `low` to `high`, both included.
   Option& range(int low, int high);
   Option& range(std::uint64_t low, std::uint64_t high);
   Option& range(double low, double high);
-  // Digits only: with a minus sign, an unsigned number would become a huge one.
+  // whole_number: digits alone, since an unsigned number with a minus sign would wrap around to a huge one.
   Option& whole_number();
 
-  // Called for each value that is given, not for the default.
+  // The function is called for each value that is given, not for the default.
   Option& on_given(std::function<void()> function);
 
  private:
@@ -80,19 +80,19 @@ class Command {
   Command add_hidden_subcommand(const std::string& name);
   // A subcommand that the help does not show.
   Command add_unlisted_subcommand(const std::string& name, const std::string& help);
-  // The same command; options added by the handle returned are under this heading of the help.
+  // The same command: options that are added by the returned handle stand under this heading of the help.
   Command under(const std::string& heading) const;
   // Exactly one subcommand must be given.
   void require_subcommand();
 
   // An option ("-o,--output") or a positional argument ("STORE") with a value. Value is std::string, int,
-  // std::uint32_t, std::uint64_t, double, or std::vector<std::string>, which takes several.
+  // std::uint32_t, std::uint64_t, double, or std::vector<std::string> for several.
   template <class Value>
   Option add_option(const std::string& names, Value& variable, const std::string& help);
-  // The same with a function that takes the value, after the checks.
+  // The same with a function that is called with the value, after the checks.
   Option add_option(const std::string& names, std::function<void(const std::string&)> function,
                     const std::string& help);
-  // An option without a value, which sets the variable or calls the function.
+  // An option without a value: it sets the variable or calls the function.
   Option add_flag(const std::string& names, bool& variable, const std::string& help);
   Option add_flag(const std::string& names, std::function<void()> function, const std::string& help);
 
@@ -102,7 +102,7 @@ class Command {
   // The options and positional arguments that were given, by their longest name.
   std::vector<std::string> all_given() const;
 
-  // Everything that has been added so far, for manual pages and completions.
+  // Everything that has been added so far.
   CommandDescription description() const;
 
  private:
@@ -118,8 +118,8 @@ class CommandLine {
   ~CommandLine();
 
   Command program();
-  // True: the variables are set. False: the help or the version was printed, and there is nothing else to do.
-  // Throws UsageError with one sentence; for unknown options it names the nearest one of the subcommand.
+  // True: the variables are set. False: the help or the version was printed, and nothing is left to do.
+  // Throws UsageError with one sentence; for an unknown option it names the nearest option of the subcommand.
   bool parse(int argc, char** argv);
 
  private:

@@ -1,4 +1,4 @@
-// Exit codes of the program; they are in --help too.
+// The exit codes of the program, which --help lists too.
 #pragma once
 
 namespace meander {

@@ -1,4 +1,5 @@
-// The subcommands. Each adds itself to the parser; the returned function runs it and gives the exit code.
+// The subcommands. Each function adds one to the parser and returns the function that runs it, whose result
+// is the exit code.
 #pragma once
 
 #include <functional>
@@ -13,9 +14,9 @@ class Command;
 
 using JobFunction = std::function<int()>;
 
-class Laboratory;  // jobs/rows/laboratory.h; null where it may be left out
+class Laboratory;  // jobs/rows/laboratory.h; a null pointer in a program without it
 
-// Changes the stages before a run: how the laboratory adds its own, and how tests put failures into a real
+// Changes the stages before a run: the laboratory adds its own by it, and tests inject failures into a real
 // process.
 using StageHook = std::function<void(GraphStages&)>;
 
@@ -30,10 +31,10 @@ JobFunction add_surface_job(Command& program);
 JobFunction add_retrieve_job(Command& program, const Laboratory* laboratory);
 JobFunction add_describe_job(Command& program);
 JobFunction add_remesh_job(Command& program, StageHook hook = {});
-// Not shown by the help: called while the program is built.
+// The help does not show this one: the build calls it.
 JobFunction add_pages_job(Command& program);
 
-// The whole program: parses, runs, explains errors. Returns the exit code.
+// The whole program: parses the arguments, runs the job and explains errors. Returns the exit code.
 int run_program(int argc, char** argv, const Laboratory* laboratory, StageHook hook = {});
 
 }  // namespace meander

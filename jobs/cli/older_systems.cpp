@@ -1,11 +1,11 @@
-// Replaces functions that older systems do not have (cmake/MeanderSystems.cmake).
+// Replacements for functions that older systems do not have (cmake/MeanderSystems.cmake).
 #include <sys/random.h>
 
 #include <cstddef>
 #include <cstdlib>
 
-// The version of every glibc for the architecture. Its values are those of the newer one, which only sets
-// errno by itself.
+// The oldest version for the architecture, which every glibc has. It returns the same values as the newer
+// one, which only sets errno by itself.
 #if defined(__x86_64__)
 __asm__(".symver meander_oldest_hypot, hypot@GLIBC_2.2.5");
 #else
@@ -21,7 +21,7 @@ void __wrap_arc4random_buf(void* bytes, std::size_t size) {
   auto* at = static_cast<unsigned char*>(bytes);
   while (size > 0) {
     const ssize_t made = getrandom(at, size, 0);
-    if (made < 0) std::abort();  // as the function that this stands for
+    if (made < 0) std::abort();  // as arc4random_buf does
     at += made;
     size -= static_cast<std::size_t>(made);
   }

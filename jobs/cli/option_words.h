@@ -1,4 +1,4 @@
-// The words of options that choose one of an enum, shared by the subcommands.
+// The words of options that choose a value of an enum, shared by the subcommands.
 #pragma once
 
 #include <string>
@@ -24,7 +24,7 @@ inline constexpr Word<DistanceKind> distance_words[] = {{"l1", DistanceKind::l1}
 template <class Enum, std::size_t N>
 Enum value_of(const Word<Enum> (&words)[N], const std::string& text) {
   Enum value{};
-  if (!take_word(words, text, value)) throw UsageError("`" + text + "` is not known here");
+  if (!take_word(words, text, value)) throw UsageError("`" + text + "` is not a known word");
   return value;
 }
 

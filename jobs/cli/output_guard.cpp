@@ -11,8 +11,16 @@
 #include <optional>
 #include <string_view>
 #include <system_error>
+#include <vector>
 
+#include "io/digest.h"
+#include "io/file/atomic_file.h"
+#include "io/file/directory.h"
 #include "io/file/file_error.h"
+#include "io/file/read_file.h"
+#include "io/json/json_reader.h"
+#include "io/json_writer.h"
+#include "io/parameters_text.h"
 #include "io/store/store.h"
 #include "jobs/cli/usage_error.h"
 
@@ -30,8 +38,8 @@ fs::path with_suffix(const fs::path& store, std::string_view suffix) {
 
 fs::path folder_of(const fs::path& path) { return path.has_parent_path() ? path.parent_path() : "."; }
 
-// What is behind the name, links followed; empty when nothing is. A link to nothing is an error of its own:
-// the file would be made somewhere else.
+// The file of this name, links followed; empty when there is none. A link to nothing is an error of its own,
+// since the file would be made somewhere else.
 std::optional<struct stat> facts_of(const fs::path& path, const std::string& option) {
   struct stat facts {};
   if (::stat(path.c_str(), &facts) == 0) return facts;
@@ -45,7 +53,7 @@ std::optional<struct stat> facts_of(const fs::path& path, const std::string& opt
   return std::nullopt;
 }
 
-// For folders that the job creates, the parent of the first of them is checked.
+// When the job creates folders, the folder that the first of them is created in is checked.
 void check_writable(const fs::path& folder, const std::string& option, bool missing_folders) {
   struct stat facts {};
   const bool there = ::stat(folder.c_str(), &facts) == 0;
@@ -72,7 +80,7 @@ FileKind kind_for_message(const fs::path& path, const std::string& option) {
   }
 }
 
-// Work that a run left begins with its lock. --fresh removes the folder with all that it holds.
+// Refuses a folder without the lock of a run, since --fresh removes the folder with all that it holds.
 void check_run_folder(const fs::path& folder) {
   std::error_code none;
   if (!fs::exists(fs::symlink_status(folder, none))) return;
@@ -127,13 +135,13 @@ void OutputGuard::check(const fs::path& path, std::initializer_list<FileKind> ki
                     option, path.string(), describe(kind), describe(*kinds.begin())));
   if (existing == Existing::keep)
     throw UsageError(fmt::format("{}: `{}` exists (--fresh replaces it)", option, path.string()));
-  // A link is followed: its target is what is replaced.
+  // Links are followed: the target is replaced.
   check_writable(folder_of(fs::is_symlink(path, none) ? fs::canonical(path, none) : path), option, false);
 }
 
 void OutputGuard::check_folder(const fs::path& folder, const std::string& option) const {
   std::error_code none;
-  // A name that ends in a slash is that of the folder.
+  // Without the slash that the name of a folder may end in.
   const fs::path whole = folder.has_filename() ? folder : folder.parent_path();
   if (fs::is_symlink(whole, none)) facts_of(whole, option);
   check_writable(whole, option, true);
@@ -144,7 +152,7 @@ std::vector<fs::path> input_files(std::span<const std::string> arguments, std::s
   for (const std::string& argument : arguments)
     if (argument != "-") files.emplace_back(argument.starts_with('@') ? argument.substr(1) : argument);
   for (const PlanItem& item : items) files.push_back(file_of(item));
-  fs::path last;  // of tensors: often one file for all items
+  fs::path last;  // file of tensors; all items often have the same
   for (const PlanItem& item : items)
     if (!item.tensor_path.empty() && item.tensor_path != last) files.push_back(last = item.tensor_path);
   return files;
@@ -172,5 +180,94 @@ void check_run_outputs(const fs::path& store, bool fresh, std::span<const fs::pa
   guard.check(with_suffix(store, ".run.json"), {FileKind::json}, "the report of -o");
   guard.check(with_suffix(store, ".failed.txt"), {FileKind::item_list}, "the list of failures of -o");
 }
+
+namespace {
+
+constexpr std::size_t longest_part = 230, longest_extension = 16;
+
+}  // namespace
+
+fs::path shortened_parts(const fs::path& path) {
+  fs::path result;
+  for (const fs::path& part : path) {
+    std::string name = part.string();
+    if (name.size() > longest_part) {
+      const auto digest = sha256(std::as_bytes(std::span(name)));
+      // An extension that is not short is part of the name: it may be nearly all of it.
+      const std::string extension = part.extension().string();
+      const std::string ending = "~" + hex_text(std::span(digest).first(8)) +
+                                 (extension.size() <= longest_extension ? extension : std::string());
+      std::size_t kept = longest_part - std::min(longest_part, ending.size());
+      while (kept > 0 && (static_cast<unsigned char>(name[kept]) & 0xC0) == 0x80) --kept;  // whole characters
+      name = name.substr(0, kept) + ending;
+    }
+    result /= name;
+  }
+  return result;
+}
+
+void remove_temporaries(const fs::path& folder, const std::function<bool(const std::string&)>& is_own) {
+  std::error_code none;
+  std::vector<fs::path> leftovers;
+  for (fs::directory_iterator entry(folder, none), end; !none && entry != end; entry.increment(none)) {
+    const std::string name = entry->path().filename().string();
+    const std::size_t mark = name.rfind(".tmp");
+    if (mark == std::string::npos || mark + 4 == name.size() ||
+        name.find_first_not_of("0123456789", mark + 4) != std::string::npos)
+      continue;
+    if (is_own(name.substr(0, mark))) leftovers.push_back(entry->path());
+  }
+  for (const fs::path& path : leftovers) fs::remove(path, none);
+}
+
+void remove_temporaries(const fs::path& folder, const std::set<std::string>& names) {
+  std::map<fs::path, std::set<std::string>> by_folder;
+  for (const std::string& name : names) {
+    const fs::path path = folder / name;
+    by_folder[path.parent_path()].insert(path.filename().string());
+  }
+  for (const auto& folder_of_files : by_folder)
+    remove_temporaries(folder_of_files.first,
+                       [&](const std::string& name) { return folder_of_files.second.contains(name); });
+}
+
+UnfinishedExport::UnfinishedExport(fs::path folder, std::string parameters, bool fresh, OutputGuard& guard)
+    : folder_(std::move(folder)), parameters_(std::move(parameters)), replaces_(fresh) {
+  guard.check_folder(folder_, "-o");
+  guard.check(description(), {FileKind::json}, "the description of the export", Existing::replace, true);
+  if (fresh) return;
+  const std::optional<std::string> text = content_if_exists(description());
+  if (!text) return;
+  const JsonObject begun(*text, description().string());
+  const std::string before = begun.text("parameters").value_or("");
+  if (before != parameters_)
+    throw UsageError(
+        fmt::format("another export into `{}` is unfinished: {} (repeat its command, or start this one anew "
+                    "with --fresh)",
+                    folder_.string(), parameter_differences(before, parameters_)));
+  continues_ = true;
+  replaces_ = begun.integer("replaces").value_or(1) != 0;
+}
+
+fs::path UnfinishedExport::description() const { return folder_ / description_name; }
+
+bool UnfinishedExport::has_made(const fs::path& file) const {
+  return continues_ && !replaces_ && fs::exists(file);
+}
+
+bool UnfinishedExport::begin() {
+  std::error_code error;
+  fs::create_directories(folder_, error);
+  if (error) throw_file_error(error.value(), "create", folder_, FullDisk::ends_command);
+  if (continues_) return true;
+  const std::string text = json_object([&](JsonWriter& json) {
+    json.member("parameters", parameters_);
+    json.member("replaces", replaces_ ? 1 : 0);
+  });
+  replace_file(description(), text + "\n");
+  return replaces_;
+}
+
+void UnfinishedExport::end() { remove_file(description()); }
 
 }  // namespace meander

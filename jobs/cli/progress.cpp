@@ -108,22 +108,21 @@ void Progress::finished(const FinishedItem& item) {
   done_bytes_ += item.file_bytes;
   points_ += ok ? samples_ : 0;
   if (style_ == ProgressStyle::json) {
-    JsonWriter json;
-    json.begin_object();
-    json.member("id", item.plan.id);
-    json.member("status", name_of(item.report.status));
-    json.member("reason", item.report.reason);
-    json.member("method", name_of(item.report.method));
-    json.member("order_reason", name_of(item.report.order_reason));
-    json.member("vertices", item.report.vertices);
-    json.member("faces", item.report.faces);
-    json.member("seconds", item.seconds);
-    json.member("waited", item.waited_seconds);
-    json.member("reused", item.reused);
-    json.member("done", done_);
-    json.member("items", items_);
-    json.end_object();
-    print(json.text() + "\n");
+    print(json_object([&](JsonWriter& json) {
+            json.member("id", item.plan.id);
+            json.member("status", name_of(item.report.status));
+            json.member("reason", item.report.reason);
+            json.member("method", name_of(item.report.method));
+            json.member("order_reason", name_of(item.report.order_reason));
+            json.member("vertices", item.report.vertices);
+            json.member("faces", item.report.faces);
+            json.member("seconds", item.seconds);
+            json.member("waited", item.waited_seconds);
+            json.member("reused", item.reused);
+            json.member("done", done_);
+            json.member("items", items_);
+          }) +
+          "\n");
   } else if (!ok && style_ != ProgressStyle::none) {
     clear();
     print(fmt::format("{}: {}: {}\n", item.plan.id, name_of(item.report.status), item.report.reason));

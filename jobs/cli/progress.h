@@ -14,13 +14,14 @@ namespace meander {
 
 enum class ProgressStyle { bar, plain, json, none };
 
-// auto: bar when standard error is a terminal that can rewrite a line, else plain.
+// The style of a word of --progress; auto: bar when standard error is a terminal that can rewrite a line,
+// else plain.
 ProgressStyle progress_style(const std::string& word);
 
-// Told of every finished item by the serial writer; a thread of its own redraws the bar (five times a second)
-// or prints a line (every 30 s), so that a long model does not look like a hang. Failures are printed at
-// once, one line each
-// (`id: status: reason`). The remaining time is by bytes of input, "?" until there is something to go by.
+// The serial writer reports every finished item. A thread redraws the bar (five times a second) or prints a
+// line (every 30 s), so that a long model does not look like a hang. Failures are printed at once, one line
+// each (`id: status: reason`). The remaining time is estimated from the bytes of input; it is "?" until some
+// are read.
 class Progress {
  public:
   Progress(ProgressStyle style, std::uint64_t items, std::uint64_t bytes, std::uint32_t samples);
@@ -29,7 +30,7 @@ class Progress {
   Progress& operator=(const Progress&) = delete;
 
   void finished(const FinishedItem& item);
-  void note(const std::string& text);  // a line of its own
+  void note(const std::string& text);  // prints a line
 
  private:
   void loop();

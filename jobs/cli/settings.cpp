@@ -21,12 +21,10 @@ std::string json_of(RecordedSettings recorded) {
     return std::lexicographical_compare(a.first.begin(), a.first.end(), b.first.begin(), b.first.end(),
                                         before);
   });
-  JsonWriter json;
-  json.begin_object();
-  for (const auto& [name, value] : recorded)
-    std::visit([&, &name = name](const auto& content) { json.member(name, content); }, value);
-  json.end_object();
-  return json.text();
+  return json_object([&](JsonWriter& json) {
+    for (const auto& [name, value] : recorded)
+      std::visit([&, &name = name](const auto& content) { json.member(name, content); }, value);
+  });
 }
 
 std::string json_of(const SettingValue& value) {

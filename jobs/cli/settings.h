@@ -19,18 +19,18 @@ namespace meander {
 
 // ---- options
 
-// The options of a command that settings are set by. It, the lists and the settings must live as long as the
+// The options of a command that set settings. The object, the lists and the settings must live as long as the
 // command line.
 class SettingOptions {
  public:
-  // Adds an option for every setting that has one. Defaults are the present values.
+  // Adds an option for every setting that has one. The present values are the defaults.
   template <class Settings>
   void add(const Command& command, const SettingList<Settings>& list, Settings& settings) {
     for (const Setting<Settings>& setting : list.items())
       if (!setting.option.empty()) add(command.under(setting.heading), setting, settings);
   }
-  // After parsing: sets what takes several values. Adds one sentence for every text that is wrong, and for
-  // every setting that was given and does not act.
+  // Called after parsing: sets the settings that take several values. Adds one sentence for every invalid
+  // text, and for every setting that was given and has no effect.
   void finish(std::vector<std::string>& problems) const;
   const GivenSettings& given() const { return *given_; }
 
@@ -93,7 +93,7 @@ class SettingOptions {
 
 using RecordedSettings = std::vector<std::pair<std::string, SettingValue>>;
 
-// Adds what the settings record.
+// Adds the values that the settings record.
 template <class Settings>
 void record(const SettingList<Settings>& list, const Settings& settings, RecordedSettings& recorded) {
   for (const Setting<Settings>& setting : list.items())
@@ -101,16 +101,16 @@ void record(const SettingList<Settings>& list, const Settings& settings, Recorde
       recorded.emplace_back(setting.name, setting.value(settings));
 }
 
-// One line of JSON, the members in the order that stores have had so far: by name, `_` after the letters.
+// One line of JSON with the members in the order of all stores: by name, `_` after the letters.
 std::string json_of(RecordedSettings recorded);
 
-// A value as a member of a JSON object is written: 2048, true, "auto".
+// A value as JSON: 2048, true, "auto".
 std::string json_of(const SettingValue& value);
-// The text of a value that JSON has written so: without quotes. Throws RunError(unusable).
+// The text of such a value, without quotes. Throws RunError(unusable).
 std::string text_of_json(const std::string& written);
 
-// Sets every setting whose recorded value is another than that which it has. members: as split_members
-// (io/parameters_text.h) has them. Notes what was set. Returns what is wrong with one of them, or "".
+// Sets every setting whose recorded value differs from its present one, and adds its name to `given`.
+// members: see split_members (io/parameters_text.h). Returns what is wrong with the first invalid one, or "".
 template <class Settings>
 std::string take_recorded(const SettingList<Settings>& list,
                           const std::map<std::string, std::string>& members, Settings& settings,

@@ -21,7 +21,8 @@ std::pair<double, std::string> number_and_unit(const std::string& text) {
   double number = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
   if (error != std::errc() || !std::isfinite(number) || number < 0)
-    throw UsageError("`" + text + "` is no size or duration: a number with a unit, as 4G or 90s");
+    throw UsageError("`" + text +
+                     "` is not a size or a duration: give a number with a unit, such as 4G or 90s");
   std::string unit(end, text.data() + text.size());
   std::transform(unit.begin(), unit.end(), unit.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
@@ -39,7 +40,7 @@ std::string plain_count(const std::string& text) {
   std::size_t at = digits_end(0);
   std::string digits = text.substr(0, at);
   if (digits.empty() || at == text.size()) return text;
-  int places = 0;  // to move the decimal point by, to the right
+  int places = 0;  // by which the decimal point moves to the right
   if (text[at] == '.') {
     const std::size_t end = digits_end(at + 1);
     digits += text.substr(at + 1, end - at - 1);
@@ -75,10 +76,10 @@ std::uint64_t parse_bytes(const std::string& text) {
   if (!unit.empty()) {
     const std::size_t power = unit.size() == 1 ? prefixes.find(unit[0]) : std::string_view::npos;
     if (power == std::string_view::npos)
-      throw UsageError(text + ": has an unknown unit; use K, M, G or T (powers of 1024)");
+      throw UsageError("`" + text + "` has an unknown unit: use K, M, G or T (powers of 1024)");
     number = std::ldexp(number, 10 * (static_cast<int>(power) + 1));
   }
-  if (number >= 0x1p63) throw UsageError(text + ": is too large");
+  if (number >= 0x1p63) throw UsageError("`" + text + "` is too large");
   return static_cast<std::uint64_t>(number);
 }
 
@@ -88,23 +89,7 @@ double parse_seconds(const std::string& text) {
   if (unit == "ms") return number / 1000;
   if (unit == "m" || unit == "min") return number * 60;
   if (unit == "h") return number * 3600;
-  throw UsageError(text + ": has an unknown unit; use ms, s, m or h");
-}
-
-Budgets parse_budgets(const std::string& memory, const std::string& timeout,
-                      std::vector<std::string>& problems) {
-  Budgets budgets;
-  try {
-    budgets.memory_bytes = parse_bytes(memory);
-  } catch (const UsageError& error) {
-    problems.push_back(std::string("--memory: ") + error.what());
-  }
-  try {
-    budgets.timeout_seconds = parse_seconds(timeout);
-  } catch (const UsageError& error) {
-    problems.push_back(std::string("--timeout: ") + error.what());
-  }
-  return budgets;
+  throw UsageError("`" + text + "` has an unknown unit: use ms, s, m or h");
 }
 
 std::optional<std::uint64_t> number_in(std::string_view text) {
@@ -121,10 +106,10 @@ StoreShard parse_shard(const std::string& text) {
   const auto index = number_in(all.substr(0, slash));
   const auto count = number_in(slash == std::string::npos ? std::string_view() : all.substr(slash + 1));
   if (!index || !count || *count < 1 || *count > max_shards)
-    throw UsageError(fmt::format("--shard: `{}` is not i/n, for example 0/16", text));
+    throw UsageError(fmt::format("--shard: `{}` is not of the form i/n, such as 0/16", text));
   if (*index >= *count)
     throw UsageError(
-        fmt::format("--shard: shards are numbered from 0 to {}: {} is not one", *count - 1, *index));
+        fmt::format("--shard: there is no shard {}: they are numbered from 0 to {}", *index, *count - 1));
   return {*index, *count};
 }
 

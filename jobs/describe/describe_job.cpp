@@ -1,4 +1,4 @@
-// meander describe: more descriptors for a finished store, without sampling again.
+// meander describe adds descriptors to a finished store without sampling again.
 #include <fmt/format.h>
 #include <oneapi/tbb/global_control.h>
 
@@ -6,12 +6,14 @@
 #include <chrono>
 #include <exception>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
 #include <utility>
 #include <vector>
 
+#include "io/json_writer.h"
 #include "io/store/store.h"
 #include "jobs/cli/command_line.h"
 #include "jobs/cli/exit_status.h"
@@ -20,8 +22,8 @@
 #include "jobs/cli/working_process.h"
 #include "jobs/describe/describe_options.h"
 #include "jobs/describe/describe_stages.h"
-#include "jobs/describe/describe_summary.h"
 #include "jobs/rows/described_meshes.h"
+#include "jobs/rows/descriptor_choice.h"
 #include "jobs/rows/lone_item.h"
 #include "jobs/rows/memory_budget.h"
 #include "pipeline/memory_estimate.h"
@@ -30,7 +32,104 @@ namespace meander {
 
 namespace {
 
-// Rows are described in two rounds: with their meshes, and those that failed again without.
+// Why rows could not be described completely: the first reason of each row, whose status is ok where nothing
+// failed but the model has no such descriptor. `add` and `of` may be called from many threads.
+class RowProblems {
+ public:
+  void add(std::uint64_t row, Failure problem) {
+    const std::lock_guard lock(mutex_);
+    by_row_.try_emplace(row, std::move(problem));
+  }
+  std::optional<Failure> of(std::uint64_t row) const {
+    const std::lock_guard lock(mutex_);
+    const auto at = by_row_.find(row);
+    return at == by_row_.end() ? std::nullopt : std::optional(at->second);
+  }
+  // Called once no thread adds any more.
+  const std::map<std::uint64_t, Failure>& all() const { return by_row_; }
+
+ private:
+  mutable std::mutex mutex_;
+  std::map<std::uint64_t, Failure> by_row_;
+};
+
+struct DescribeSummary {
+  std::string store;
+  std::span<const std::string> ids;
+  std::span<const Descriptor> descriptors;
+  const std::map<std::uint64_t, Failure>& problems;  // by row
+  std::uint64_t not_ok = 0;                          // rows without samples
+  double seconds = 0;
+};
+
+// With the status ok nothing failed: the model has no such descriptor.
+std::string_view kind_of(const Failure& problem) {
+  return problem.status == Status::ok ? "incomplete" : name_of(problem.status);
+}
+
+// On standard output, as text or as one JSON object.
+void print_summary(const DescribeSummary& summary, bool as_json) {
+  std::string names;
+  for (const Descriptor descriptor : summary.descriptors)
+    names += (names.empty() ? "" : ",") + std::string(name_of(descriptor));
+  const std::uint64_t described = summary.ids.size() - summary.not_ok - summary.problems.size();
+  if (as_json) {
+    fmt::print("{}\n", json_object([&](JsonWriter& json) {
+                 json.member("store", summary.store);
+                 json.member("descriptors", names);
+                 json.member("rows", std::uint64_t{summary.ids.size()});
+                 json.member("described", described);
+                 json.member("not_ok", summary.not_ok);
+                 json.member("seconds", summary.seconds);
+                 json.key("problems");
+                 json.begin_array();
+                 for (const auto& [row, problem] : summary.problems) {
+                   json.begin_object();
+                   json.member("id", summary.ids[row]);
+                   json.member("status", kind_of(problem));
+                   json.member("reason", problem.reason);
+                   json.end_object();
+                 }
+                 json.end_array();
+               }));
+    return;
+  }
+  fmt::print("{}: {} rows described with {} in {:.2f} s", summary.store, described, names, summary.seconds);
+  if (summary.not_ok > 0) fmt::print(", {} without samples", summary.not_ok);
+  fmt::print("\n");
+  if (summary.problems.empty()) return;
+  fmt::print("{} {} could not be described completely; missing values are NaN:\n", summary.problems.size(),
+             summary.problems.size() == 1 ? "row" : "rows");
+  constexpr std::size_t max_shown = 100;
+  std::size_t shown = 0;
+  for (const auto& [row, problem] : summary.problems) {
+    if (shown++ == max_shown) break;
+    fmt::print("  {}: {}: {}\n", summary.ids[row], kind_of(problem), problem.reason);
+  }
+  if (summary.problems.size() > max_shown)
+    fmt::print("  and {} more (--json lists all)\n", summary.problems.size() - max_shown);
+}
+
+// Adds the rows that an earlier start of the job left without their descriptors: those of `rows` (ascending)
+// that are not described.
+void add_earlier_problems(const StoreReader& store, const Describer& describer,
+                          std::span<const std::uint64_t> rows, RowProblems& problems) {
+  if (rows.empty()) return;
+  for (const DescriptorSchema& schema : store.descriptors()) {
+    if (schema.group != "descriptors" || !describer.makes(schema.name)) continue;
+    constexpr std::uint64_t block = 4096;
+    for (auto row = rows.begin(); row != rows.end();) {
+      const std::uint64_t begin = *row, count = std::min(block, store.rows() - begin);
+      const std::vector<float> values = store.read_descriptor(schema.name, begin, count);
+      for (; row != rows.end() && *row < begin + count; ++row)
+        if (!is_described(schema, std::span(values).subspan((*row - begin) * schema.width, schema.width)))
+          problems.add(*row, {Status::ok, fmt::format("`{}` could not be made before the job was interrupted",
+                                                      schema.name)});
+    }
+  }
+}
+
+// Rows are described in two rounds: first with their meshes; those that failed, again without.
 enum class Round { with_meshes, with_points };
 
 class DescribeJob {
@@ -87,12 +186,12 @@ class DescribeJob {
                                        : stages_with_points(describer_, store, failed);
   }
 
-  // Rows that were in flight when an earlier process died, as `run` looks at them.
+  // Tries rows that were in flight when an earlier process died, as `run` does.
   void try_suspects() {
     GraphParameters parameters;
     parameters.sample = describer_.points;
     parameters.timeout_seconds = options_.timeout_seconds;
-    std::optional<StoreReader> own;  // a file offset is shared with the parent, which has checked the file
+    std::optional<StoreReader> own;  // not that of the parent, with which the child would share an offset
     const StageHook hook = [&](GraphStages& stages) {
       stages = stages_of(first_round(), own.emplace(options_.store, StoreCheck::none, options_.rows));
     };
@@ -136,9 +235,9 @@ class DescribeJob {
     if (!done_before_.empty())
       add_earlier_problems(StoreReader(output_, StoreCheck::none), describer_, done_before_, problems_);
     const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
-    print_describe_summary({output_.string(), header_.ids, options_.describe.descriptors, problems_.all(),
-                            not_ok_, seconds.count()},
-                           options_.json);
+    print_summary({output_.string(), header_.ids, options_.describe.descriptors, problems_.all(), not_ok_,
+                   seconds.count()},
+                  options_.json);
     return problems_.all().empty() ? exit_done : exit_some_failed;
   }
 
@@ -156,7 +255,7 @@ class DescribeJob {
     return {rows, bytes};
   }
 
-  // The rows of one journal after those of another. False when stopped.
+  // Describes the rows in stretches of one journal each. False when stopped.
   bool describe_all(Round round) {
     constexpr std::uint64_t stretch = 4096;
     for (std::uint64_t begin = 0; begin < header_.ids.size(); begin += stretch) {
@@ -171,7 +270,7 @@ class DescribeJob {
           if (std::optional<PlanItem> item = plan_of(row, round)) plan.push_back(std::move(*item));
         }
       }
-      // More than the budget is refused when the file has been read and its size is certain.
+      // A model beyond the budget is refused once its file has been read and its size is certain.
       if (round == Round::with_meshes)
         reserve_described(plan, describer_.meshes, options_.threads,
                           options_.allow_oversize ? ~std::uint64_t{0} : options_.model_bytes);
@@ -186,9 +285,9 @@ class DescribeJob {
     parameters.sample = describer_.meshes;
     parameters.threads = options_.threads;
     parameters.memory_bytes = options_.model_bytes;
-    // Rows without their meshes must get through: their descriptors have a limit of their own.
+    // Rows without their meshes must get through; their descriptors have their own limit.
     parameters.timeout_seconds = round == Round::with_meshes ? options_.timeout_seconds : 0;
-    parameters.allow_oversize = true;  // what is too large was refused in front of the graph's own measures
+    parameters.allow_oversize = true;  // the stages themselves refuse what is too large
     GraphStages stages = stages_of(round, *store_);
     for (GraphStage& stage : stages)
       stage.body = [this, body = std::move(stage.body)](GraphItem& item) { run_or_stop(body, item); };

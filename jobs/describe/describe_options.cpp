@@ -1,7 +1,6 @@
 #include "jobs/describe/describe_options.h"
 
 #include <fmt/format.h>
-#include <oneapi/tbb/info.h>
 
 #include <algorithm>
 #include <map>
@@ -31,10 +30,10 @@ bool has(const std::vector<Descriptor>& list, Descriptor descriptor) {
 
 struct Described {
   Descriptor descriptor;
-  bool now;  // by this job, or in the store already
+  bool now;  // by this job; else it is in the store already
 };
 
-// A parameter of some descriptors: one value where all that it matters to agree, else one for each.
+// Merges a parameter that matters to some descriptors: one value if these agree, else one for each.
 void merge_parameter(std::map<std::string, std::string>& members, const char* name, const std::string& value,
                      const std::vector<Described>& described, bool (*matters)(Descriptor)) {
   std::map<std::string, std::string> values, before;
@@ -50,7 +49,7 @@ void merge_parameter(std::map<std::string, std::string>& members, const char* na
   members[name] = values.empty() ? value : one ? values.begin()->second : join_members(values);
 }
 
-// The parameters of `meander run --describe` with what is described now added.
+// The parameters of `meander run --describe`, with the present descriptors added.
 std::string described_parameters(const StoreReader& store, const std::vector<DescriptorSchema>& schemas,
                                  const DescribeParameters& describe) {
   std::map<std::string, std::string> members = split_members(store.parameters_json());
@@ -61,7 +60,7 @@ std::string described_parameters(const StoreReader& store, const std::vector<Des
     if (is_companion(schema.name)) continue;
     names += (names.empty() ? "" : ",") + schema.name;
     const auto at = std::find(descriptor_names.begin(), descriptor_names.end(), schema.name);
-    if (at == descriptor_names.end()) continue;  // of a later program
+    if (at == descriptor_names.end()) continue;  // made by a later version
     const auto descriptor = static_cast<Descriptor>(at - descriptor_names.begin());
     described.push_back({descriptor, has(describe.descriptors, descriptor)});
   }
@@ -76,8 +75,8 @@ std::string described_parameters(const StoreReader& store, const std::vector<Des
   return join_members(members);
 }
 
-// The header of this job where it has given the store its descriptors already, and died before its run was
-// removed: that is finished again.
+// The header of a job that died after it had replaced the store and before it removed its run, which is then
+// finished again; else empty.
 std::optional<StoreHeader> done_before(const StoreReader& store, const DescribeOptions& options) {
   const fs::path output = described_output(options);
   if (options.fresh || options.replace || output != fs::path(options.store)) return std::nullopt;
@@ -107,7 +106,7 @@ StoreHeader described_header(const StoreReader& store, const DescribeOptions& op
   std::vector<DescriptorSchema> added = schemas_of(options.describe);
   if (store.tool_version() != meander_version)
     for (DescriptorSchema& schema : added) schema.attributes.emplace_back("tool_version", meander_version);
-  // Those of the store keep their places; measures of the samples come last.
+  // The descriptors of the store keep their places; measures of the samples come last.
   std::vector<DescriptorSchema> measures;
   for (const DescriptorSchema& old : store.descriptors()) {
     if (old.group != "descriptors") {
@@ -117,7 +116,7 @@ StoreHeader described_header(const StoreReader& store, const DescribeOptions& op
     const auto again = std::find_if(added.begin(), added.end(),
                                     [&](const DescriptorSchema& schema) { return schema.name == old.name; });
     if (again != added.end() && !options.replace)
-      throw UsageError(fmt::format("`{}` has the descriptor {} already (--replace computes it again)",
+      throw UsageError(fmt::format("`{}` already has the descriptor {} (--replace computes it again)",
                                    options.store, old.name));
     header.descriptors.push_back(again == added.end() ? old : *again);
     if (again != added.end()) added.erase(again);
@@ -135,17 +134,17 @@ void resolve_describe_options(DescribeOptions& options) {
       !problem.empty())
     problems.push_back("--descriptors: " + problem);
   if (options.descriptors.empty())
-    problems.push_back(fmt::format("describe needs --descriptors: one or more of {}, separated by commas",
+    problems.push_back(fmt::format("--descriptors is required: one or more of {}, separated by commas",
                                    fmt::join(descriptor_names, ", ")));
   const bool meshes = std::any_of(describe.descriptors.begin(), describe.descriptors.end(), needs_mesh);
   if (problems.empty() && meshes && options.inputs.empty())
     problems.push_back(
-        fmt::format("the meshes are needed for {}, and a store does not keep their paths: give the inputs of "
-                    "the run behind the store (meander describe STORE INPUT... --descriptors ...)",
+        fmt::format("{} need the meshes, whose paths a store does not keep: give the inputs of the run after "
+                    "the store (meander describe STORE INPUT... --descriptors ...)",
                     described_by_meshes()));
   if (problems.empty() && !meshes && !options.inputs.empty())
     problems.push_back(
-        fmt::format("no mesh is needed for {}: leave `{}` out", options.descriptors, options.inputs.front()));
+        fmt::format("{} needs no meshes: leave `{}` out", options.descriptors, options.inputs.front()));
   if (problems.empty()) options.settings.finish(problems);
   if (!options.shard.empty()) {
     try {
@@ -154,16 +153,13 @@ void resolve_describe_options(DescribeOptions& options) {
       problems.emplace_back(error.what());
     }
     if (options.output.empty())
-      problems.push_back("--shard describes a part of the rows: give it a store of its own with -o");
+      problems.push_back("--shard describes a part of the rows: name another store for it with -o");
   }
-  const Budgets budgets = parse_budgets(options.memory, options.timeout, problems);
-  options.memory_bytes = budgets.memory_bytes;
-  options.timeout_seconds = budgets.timeout_seconds;
-  if (options.threads == 0) options.threads = std::max(1, oneapi::tbb::info::default_concurrency());
+  resolve_work_options(options, problems);
   if (!problems.empty()) throw UsageError(fmt::format("{}", fmt::join(problems, "\n")));
 }
 
-// The columns that a descriptor is made from, beside the points.
+// The columns that a descriptor is computed from, besides the points.
 std::vector<SampleColumn> columns_for(Descriptor descriptor) {
   std::vector<SampleColumn> columns;
   if (needs_mesh(descriptor)) columns = {SampleColumn::face, SampleColumn::corners};
@@ -197,8 +193,8 @@ void check_described_output(const DescribeOptions& options, std::span<const fs::
   const fs::path output = described_output(options);
   const bool in_place = output == fs::path(options.store);
   if (in_place && !options.shard.empty())
-    throw UsageError(fmt::format(
-        "--shard: a part of `{}` cannot take the place of the whole: give another -o", options.store));
+    throw UsageError(
+        fmt::format("--shard: a part of `{}` cannot replace the whole: give another -o", options.store));
   OutputGuard guard;
   guard.protect(files_read);
   if (!in_place) guard.protect(options.store, "the store itself");
@@ -220,28 +216,15 @@ void add_describe_command(Command& program, DescribeOptions& options) {
   options.settings.add(command, describe_settings(), options.describe);
   command.add_option(
       "--shard", options.shard,
-      "Describe part i of n of the rows, from 0/n, into the store of -o; `meander merge` puts the "
-      "parts together");
+      "Describe part i of n of the rows, from 0/n, into the store of -o; `meander merge` joins the parts");
   command.add_flag("--replace", options.replace, "Recompute descriptors that the store already has");
   add_list_options(command, options.collect);
   Command running = command.under("Running");
   running.add_flag("--fresh", options.fresh,
                    "Discard the unfinished work of an earlier describe (and OUTPUT)");
   add_trust_option(running, options.check);
-  running.add_option("-j,--threads", options.threads, "Threads, up to 1024 (0: all available)")
-      .show_default()
-      .range(0, 1024);
-  running.add_option("--memory", options.memory, "Memory budget of the whole process").show_default();
-  running.add_flag("--allow-oversize", options.allow_oversize,
-                   "Process a model that exceeds the memory budget, on its own");
-  running.add_option("--timeout", options.timeout, "Time limit per model; 0: none").show_default();
-  Command report = command.under("Report");
-  report
-      .add_option("--progress", options.progress,
-                  "Progress on standard error; auto: a bar on a terminal, plain lines otherwise")
-      .show_default()
-      .one_of({"auto", "bar", "plain", "json", "none"});
-  report.add_flag("--json", options.json, "The summary as JSON on standard output");
+  add_budget_options(running, options);
+  add_progress_options(command.under("Report"), options);
 }
 
 }  // namespace meander

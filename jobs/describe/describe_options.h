@@ -1,4 +1,4 @@
-// The command line of `meander describe`, and the header of the store that it makes.
+// The options of `meander describe`, and the header of the store that it makes.
 #pragma once
 
 #include <cstdint>
@@ -11,50 +11,47 @@
 #include "io/store/store.h"
 #include "jobs/cli/jobs.h"
 #include "jobs/cli/settings.h"
+#include "jobs/cli/work_options.h"
 #include "jobs/inputs/input_options.h"
 #include "jobs/rows/descriptor_choice.h"
 #include "kernels/describe/describe_samples.h"
 
 namespace meander {
 
-struct DescribeOptions {
-  std::string store, output, descriptors, memory = "4G", timeout = "120s", progress = "auto";
+struct DescribeOptions : WorkOptions {
+  std::string store, output, descriptors;
   std::vector<std::string> inputs;
   InputOptions collect;  // how the inputs are read
   DescribeParameters describe;
-  int threads = 0;
-  std::uint64_t memory_bytes = 0;
-  std::uint64_t model_bytes = 0;  // of memory_bytes
-  double timeout_seconds = 0;
-  SettingOptions settings;  // of `describe`
+  SettingOptions settings;  // for `describe`
   std::string shard;        // i/n; empty: all rows
   StoreShard rows;          // the same
-  bool replace = false, fresh = false, allow_oversize = false, json = false;
+  bool replace = false, fresh = false;
   StoreCheck check = StoreCheck::every_byte;
 };
 
-// What its run is begun for (RunPlan::purpose).
+// The RunPlan::purpose of its run.
 inline constexpr const char* purpose_describe = "describe its rows";
 
 // Adds the subcommand; its options are written to `options` when the command line is parsed.
 void add_describe_command(Command& program, DescribeOptions& options);
 
-// Parses what the options say in words. Throws UsageError with all that is wrong.
+// Resolves the options after parsing. Throws UsageError with every problem.
 void resolve_describe_options(DescribeOptions& options);
 
-// Opens the store to be described. Throws UsageError where it is not finished, or has no meshes and inputs
-// are given; RunError where it is damaged.
+// Opens the store to be described. Throws UsageError when it is not finished, or when inputs are given for a
+// store without meshes; RunError when it is damaged.
 std::unique_ptr<StoreReader> open_described_store(const DescribeOptions& options);
 
-// Where the described store goes: --output, or the place of the store itself.
+// The path of the described store: --output, or that of the store itself.
 std::filesystem::path described_output(const DescribeOptions& options);
 
 // Throws UsageError when the output must not be replaced; files_read: the inputs of the command.
 void check_described_output(const DescribeOptions& options,
                             std::span<const std::filesystem::path> files_read);
 
-// The header of `store` with the descriptors of this job added. Throws UsageError where one is there already
-// and is not to be replaced.
+// The header of `store` with the descriptors of this job. Throws UsageError when the store has one of them
+// already and it is not to be replaced.
 StoreHeader described_header(const StoreReader& store, const DescribeOptions& options);
 
 }  // namespace meander

@@ -30,7 +30,7 @@ void read_row_to_describe(const Describer& describer, const StoreReader& store, 
                                item.plan->row));
   item.file_bytes = std::uint64_t{12} * describer.header->samples;
   item.model.key = make_random_key(describer.header->seed, row.report.content_sha256);
-  // Descriptors that this job makes replace those of the store, also where they cannot be made.
+  // Descriptors of this job replace those of the store, even if they cannot be made.
   std::erase_if(row.descriptors, [&](const DescriptorRow& d) { return describer.makes(d.name); });
 }
 
@@ -46,9 +46,10 @@ void read_mesh_of_row(const Describer& describer, GraphItem& item) {
     const std::uint64_t needed =
         estimate_bytes(needs, describer.meshes, oneapi::tbb::this_task_arena::max_concurrency());
     if (needed > describer.memory_bytes && !describer.allow_oversize)
-      throw ItemError(Status::too_large, fmt::format("needs about {} MiB, --memory leaves {} MiB for models "
-                                                     "(raise it, or --allow-oversize)",
-                                                     needed >> 20, describer.memory_bytes >> 20));
+      throw ItemError(
+          Status::too_large,
+          fmt::format("needs about {} MiB, --memory leaves {} MiB for models (raise it, or --allow-oversize)",
+                      needed >> 20, describer.memory_bytes >> 20));
     if (needed > item.reserved_bytes) throw NeedsMoreMemory(needed);
   };
   PolygonMesh& mesh = item.model.file;
@@ -74,7 +75,7 @@ void prepare(GraphItem& item) {
   locate_on_mesh(model.file, model.surface, model.row.samples, model.cancel);
 }
 
-// New descriptors come after those that the row has.
+// Adds the new descriptors after those of the row.
 void describe(const DescribeParameters& parameters, GraphItem& item) {
   Model& model = item.model;
   for (DescriptorRow& made :
@@ -82,8 +83,8 @@ void describe(const DescribeParameters& parameters, GraphItem& item) {
     model.row.descriptors.push_back(std::move(made));
 }
 
-// The columns of the header, in order: the newest of each name, fill for one that could not be made, which
-// `failed` hears of.
+// Arranges the columns of the header in order: the newest of each name, or NaN for one that could not be
+// made, which is reported to `failed`.
 void arrange_descriptors(const Describer& describer, const DescribeFailed& failed, GraphItem& item) {
   std::vector<DescriptorRow>& present = item.model.row.descriptors;
   std::vector<DescriptorRow> arranged;
@@ -109,7 +110,7 @@ void arrange_descriptors(const Describer& describer, const DescribeFailed& faile
 }  // namespace
 
 Describer make_describer(const StoreHeader& header, const DescribeParameters& describe) {
-  SampleParameters parameters = parameters_for("direct");  // nothing is flattened here, no ray is cast
+  SampleParameters parameters = parameters_for("direct");  // it makes no charts and casts no rays
   parameters.samples = header.samples;
   parameters.describe = describe;
   const std::vector<std::string> problems = validate(parameters);
@@ -157,7 +158,7 @@ GraphStages stages_with_meshes(const Describer& describer, const StoreReader& st
            }}};
 }
 
-// One stage with a time limit of its own: a row must get through it whatever its descriptors take.
+// One stage with its own time limit: a row must get through it, however long its descriptors take.
 GraphStages stages_with_points(const Describer& describer, const StoreReader& store, DescribeFailed failed) {
   return {{"describe_shape", [&describer, &store, failed = std::move(failed)](GraphItem& item) {
              read_row_to_describe(describer, store, item);

@@ -1,4 +1,4 @@
-// The stages of `meander describe`: rows of a finished store get descriptors.
+// The stages of `meander describe`, which adds descriptors to rows of a finished store.
 #pragma once
 
 #include <functional>
@@ -10,33 +10,33 @@
 
 namespace meander {
 
-// What every row is described with; shared by all threads.
+// The parameters of all rows, shared by all threads.
 struct Describer {
   const StoreHeader* header = nullptr;
-  SampleParameters points, meshes;  // the descriptors that need the samples alone, and the others
+  SampleParameters points, meshes;  // with the descriptors that need only samples, and with the others
   std::uint64_t memory_bytes = 0;   // for models
-  double timeout_seconds = 0;       // of the descriptors of one row; 0: none
+  double timeout_seconds = 0;       // for the descriptors of one row; 0: none
   bool allow_oversize = false;
 
   bool uses_meshes() const { return !meshes.describe.descriptors.empty(); }
-  // The descriptors of both.
+  // The parameters with all descriptors.
   SampleParameters all() const;
-  // Whether a column of that name comes from this job.
+  // Whether this job makes a column of that name.
   bool makes(std::string_view name) const;
 };
 
 // The header must outlive the describer. Throws UsageError when the parameters are not valid.
 Describer make_describer(const StoreHeader& header, const DescribeParameters& describe);
 
-// Hears of a row that lacks descriptors, which are NaN, and why; called from many threads. The status is ok
-// where nothing failed: a descriptor does not exist for every surface.
+// Called from many threads with a row that lacks descriptors, which are NaN, and the reason. The status is ok
+// if nothing failed but the surface has no such descriptor.
 using DescribeFailed = std::function<void(const GraphItem&, Failure)>;
 
-// From a row of `store` to the row with all descriptors of the header, mesh and all. A stage that throws ends
-// the item: it is to be tried again without its mesh.
+// The stages from a row of `store` and its mesh to the row with all descriptors of the header. A stage that
+// throws ends the item, which is then tried again without its mesh.
 GraphStages stages_with_meshes(const Describer& describer, const StoreReader& store, DescribeFailed failed);
 
-// The same with the descriptors of the samples alone; whatever fails, the row gets through.
+// The same with the descriptors of the samples alone; no failure keeps the row from getting through.
 GraphStages stages_with_points(const Describer& describer, const StoreReader& store, DescribeFailed failed);
 
 // Records finished rows. Rows that failed are left for another round, unless this is the last.

@@ -51,8 +51,9 @@ Split split_at(const std::vector<std::string_view>& parts, std::size_t from_end)
   return parts.size() >= 3 ? split_of_word(parts[parts.size() - 1 - from_end]) : Split::none;
 }
 
-// Whether the folders of SPLIT/FOLDER/FILE hold one model each (train/UID/model.obj): none is in two splits,
-// and they have fewer names of files than they are. A class has several models, or names of its own for them.
+// Whether the folders of SPLIT/FOLDER/FILE hold one model each (train/UID/model.obj): no folder is in two
+// splits, and there are fewer names of files than folders. A class has several models, or its own names for
+// them.
 bool are_models(std::span<const std::string> ids) {
   std::map<std::string_view, Split> folders;
   std::set<std::string_view> files;
@@ -102,7 +103,7 @@ ItemPlace place_of(std::string_view id, FolderLayout layout) {
   return {};
 }
 
-FolderLayout recognise_layout(std::span<const std::string> ids) {
+FolderLayout recognize_layout(std::span<const std::string> ids) {
   if (ids.empty()) return FolderLayout::flat;
   if (fits_modelnet(ids, 1) || fits_modelnet(ids, 2)) return FolderLayout::modelnet;
   const bool shapenet =

@@ -1,4 +1,4 @@
-// Class and split of an item by the folders that it stands in.
+// The class and the split of an item by the folders that it is in.
 #pragma once
 
 #include <cstdint>
@@ -10,18 +10,18 @@
 
 namespace meander {
 
-// automatic stands for one of the others, see recognise_layout.
+// automatic: one of the others, see recognize_layout.
 enum class FolderLayout : std::uint8_t { automatic, flat, modelnet, shapenet };
 std::string_view name_of(FolderLayout layout);  // "auto", "flat", "modelnet", "shapenet"
 
-// What the folders of an item say; an empty class: nothing.
+// The class and the split that the folders of an item give it; an empty class: none.
 struct ItemPlace {
   std::string label;
   Split split = Split::none;
 };
 
-// The split that a word names, whatever its case: train, training; test, testing; val, valid, validation.
-// none for any other word.
+// The split that a word names in any case: train, training; test, testing; val, valid, validation.
+// Split::none for any other word.
 Split split_of_word(std::string_view word);
 
 // Whether a folder is named like a synset of WordNet: eight digits.
@@ -35,11 +35,12 @@ bool is_synset(std::string_view name);
 // An item whose folders do not fit has no class and no split.
 ItemPlace place_of(std::string_view id, FolderLayout layout);
 
-// The layout that a set of ids has as a whole: modelnet where every item stands in CLASS/SPLIT/FILE (or every
-// one in SPLIT/CLASS/FILE) and items for training and for tests are both there, but for SPLIT/MODEL/FILE,
-// where folders are models: none is in two splits, and several have files of one name; shapenet where every
-// item stands in SYNSET/ID/models/FILE or SYNSET/ID/model.EXTENSION, the name of the synset being eight
-// digits; else flat. Never automatic.
-FolderLayout recognise_layout(std::span<const std::string> ids);
+// The layout that a set of ids has as a whole; never automatic:
+//   modelnet  every id is CLASS/SPLIT/FILE, or every id is SPLIT/CLASS/FILE, with items for training and for
+//             tests; not SPLIT/MODEL/FILE, whose folders are models: none is in two splits, and several have
+//             files of the same name
+//   shapenet  every id is SYNSET/ID/models/FILE or SYNSET/ID/model.EXTENSION, a synset having eight digits
+//   flat      otherwise
+FolderLayout recognize_layout(std::span<const std::string> ids);
 
 }  // namespace meander

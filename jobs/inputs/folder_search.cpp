@@ -20,10 +20,10 @@ namespace fs = std::filesystem;
 
 bool is_hidden(const std::string& name) { return name.starts_with('.') || name == "__MACOSX"; }
 
-// All together: those with the most points lose every second one.
+// Bounds the memory of all indexes together: the largest ones lose every second access point.
 void keep_indexes_small(FolderSearch& search) {
-  constexpr std::uint64_t most_bytes = std::uint64_t{64} << 20;
-  while (search.index_bytes() > most_bytes)
+  constexpr std::uint64_t max_bytes = std::uint64_t{64} << 20;
+  while (search.index_bytes() > max_bytes)
     (*std::max_element(search.indexed.begin(), search.indexed.end(), [](const auto& a, const auto& b) {
       return a->index_bytes() < b->index_bytes();
     }))->thin_index();
@@ -41,7 +41,7 @@ std::shared_ptr<const Archive> note_archive(std::shared_ptr<Archive> archive, Fo
 void take_inner_archive(const std::shared_ptr<const Archive>& outer, std::size_t member,
                         const fs::path& folder, FolderSearch& search);
 
-// Of an archive that stands for `folder`.
+// Takes the members of an archive that stands for `folder`.
 void take_members(const std::shared_ptr<const Archive>& archive, const fs::path& folder,
                   FolderSearch& search) {
   for (std::size_t i = 0; i < archive->members().size(); ++i) {
@@ -63,8 +63,7 @@ void take_inner_archive(const std::shared_ptr<const Archive>& outer, std::size_t
   const fs::path shown = outer->shown() / outer->members()[member].name;
   if (outer->outer()) {
     search.unread.push_back(
-        {shown,
-         "it is in an archive that is in an archive itself, and one level is opened: unpack the outer one"});
+        {shown, "it is in an archive inside an archive, and only one level is opened: unpack the outer one"});
     return;
   }
   std::shared_ptr<const Archive> archive;
@@ -91,7 +90,7 @@ class Walk {
       return;
     }
     way_.push_back(identity);
-    // Searched once the folder is closed: one descriptor is open, however deep the tree.
+    // The folder is closed before those below are searched, so that one descriptor is enough for any depth.
     for (const fs::path& below : take_entries(folder)) enter(below);
     way_.pop_back();
   }
@@ -120,7 +119,7 @@ class Walk {
     if (is_link ? target == fs::file_type::directory : entry.is_directory(error))
       folders.push_back(path);
     else if (mesh_format_of(path, format))
-      search_.files.push_back({path, {}});  // whatever it is: its row will say so
+      search_.files.push_back({path, {}});  // its row will say whether it is a mesh
     else if (const auto kind = archive_kind_of(path); kind && target != fs::file_type::not_found)
       take_archive(path, *kind);
     else if (target == fs::file_type::not_found)
@@ -143,7 +142,7 @@ class Walk {
   }
 
   FolderSearch& search_;
-  std::vector<std::pair<dev_t, ino_t>> way_;  // the folders from the root to here
+  std::vector<std::pair<dev_t, ino_t>> way_;  // the folders from the root to the present one
 };
 
 }  // namespace

@@ -20,8 +20,8 @@ constexpr Word<FolderLayout> layout_words[] = {{"auto", FolderLayout::automatic}
 
 void add_list_options(Command& command, InputOptions& options) {
   command.add_option("--root", options.root,
-                     "Folder that the ids of lists are relative to (default: that of the run that made the "
-                     "store, else the longest folder common to all paths)");
+                     "Folder that the ids of lists are relative to (default: the one that made the store, "
+                     "else the longest folder common to all paths)");
   command.add_flag("-0,--null", options.null_lists,
                    "Paths of lists end with a NUL byte, as find -print0 writes them");
 }
@@ -30,19 +30,18 @@ void add_label_options(Command& command, InputOptions& options) {
   command
       .add_option(
           "--layout", [&options](const std::string& word) { options.layout = value_of(layout_words, word); },
-          "Class and split from folders: modelnet (chair/train/x.off, train/chair/x.off), shapenet "
-          "(synset/id/models/x.obj), flat (neither); auto: modelnet or shapenet where all items fit, else "
-          "flat")
+          "Class and split by folders: modelnet (chair/train/x.off, train/chair/x.off), shapenet "
+          "(synset/id/models/x.obj), flat (neither); auto: modelnet or shapenet if all items fit, else flat")
       .show_default("auto")
       .one_of(all_words(layout_words));
   command
       .add_option(
           "--labels", options.labels,
-          "File of classes and splits: a table id,class[,split], ShapeNet's all.csv or taxonomy.json, a "
-          "list of ids (its split from train=FILE or its name), other JSON; may be given several times")
+          "File of classes and splits: a table id,class[,split], ShapeNet's all.csv or taxonomy.json, a list "
+          "of ids (split by train=FILE or by its name), other JSON; may be given several times")
       .one_at_a_time();
   command.add_flag("--label-from-folder", options.label_from_folder,
-                   "Class = name of the parent folder, for items that have none yet");
+                   "Class = name of the parent folder, for items without a class");
 }
 
 std::string remembered_root(const std::filesystem::path& store) { return read_run_report(store).root; }
@@ -67,7 +66,7 @@ void print_notes(const InputNotes& notes) {
   if (notes.layout != FolderLayout::flat)
     fmt::print("  classes and splits of the folders: layout {}\n", name_of(notes.layout));
   for (const std::string& file : notes.unused_label_files)
-    fmt::print("  classes and splits of `{0}` are not used: --labels {0}\n", escape_id(file));
+    fmt::print("  classes and splits of `{0}` are not used (--labels {0} uses them)\n", escape_id(file));
   if (!notes.has_label_file) return;
   fmt::print("  labels: {} items without a line, {} lines without an item\n", notes.items_without_line,
              notes.lines_without_item);
@@ -75,30 +74,25 @@ void print_notes(const InputNotes& notes) {
   if (notes.lines_without_item > 0) fmt::print("    no item: {}\n", escape_id(notes.line_without_item));
   if (notes.ambiguous_lines > 0)
     fmt::print(
-        "  labels: {} lines name several items and are left out (give more of the path)\n    several: {}\n",
+        "  labels: {} lines name several items and are ignored (give more of the path)\n    several: {}\n",
         notes.ambiguous_lines, escape_id(notes.ambiguous_line));
   if (!notes.class_names.empty())
-    fmt::print(
-        "  names of classes: {} items from `{}`{}\n", notes.named_items, escape_id(notes.class_names),
-        notes.named_items == 0 ? ", none has the number of a synset as its class (--layout shapenet?)" : "");
+    fmt::print("  names of classes: {} items from `{}`{}\n", notes.named_items, escape_id(notes.class_names),
+               notes.named_items == 0
+                   ? ": no item has the number of a synset as its class (--layout shapenet?)"
+                   : "");
 }
 
 void write_notes(JsonWriter& json, const InputNotes& notes) {
-  json.key("skipped");
-  json.begin_object();
-  for (const auto& [extension, count] : notes.skipped) json.member(extension, count);
-  json.end_object();
+  json.object("skipped", [&] {
+    for (const auto& [extension, count] : notes.skipped) json.member(extension, count);
+  });
   json.member("hidden", notes.hidden);
   json.member("links_back", notes.links_back);
-  json.key("unread_folders");
-  json.begin_array();
-  for (const UnreadFolder& folder : notes.unread) {
-    json.begin_object();
+  json.list("unread_folders", notes.unread, [&](const UnreadFolder& folder) {
     json.member("path", escape_id(folder.path.string()));
     json.member("reason", folder.reason);
-    json.end_object();
-  }
-  json.end_array();
+  });
   json.member("layout", name_of(notes.layout));
   if (!notes.unused_label_files.empty()) {
     json.key("unused_label_files");

@@ -12,7 +12,6 @@
 #include "io/file/read_file.h"
 #include "io/item_id.h"
 #include "jobs/cli/usage_error.h"
-#include "jobs/inputs/classification.h"
 #include "jobs/inputs/item_names.h"
 #include "jobs/inputs/label_file.h"
 
@@ -27,16 +26,16 @@ struct Found {
   FoundFile file;
   std::string label;  // escaped like an id; empty: none
   Split split = Split::none;
-  bool placed = false;              // in a folder or a list: its folders may say what it is
+  bool placed = false;              // in a folder or a list, whose layout may give its class
   std::uint32_t folders_above = 1;  // see ModelPlace
 };
 
-// How many folders stand between a root and a file at this path below it.
+// The number of folders between a root and a file at this path below it.
 std::uint32_t depth_of(std::string_view path) {
   return static_cast<std::uint32_t>(std::count(path.begin(), path.end(), '/'));
 }
 
-// Absolute, without dots; links stay as they are written.
+// The absolute path without dots; links are kept as they are written.
 fs::path whole_path(const fs::path& path) { return fs::absolute(path).lexically_normal(); }
 
 fs::path whole_folder(const fs::path& folder) {
@@ -44,7 +43,7 @@ fs::path whole_folder(const fs::path& folder) {
   return whole.has_filename() || whole == whole.root_path() ? whole : whole.parent_path();
 }
 
-// The own name of a folder, whatever slashes and dots it was written with.
+// The own name of a folder, even if it is written with a slash at its end or with dots.
 std::string own_name(const fs::path& folder) { return whole_folder(folder).filename().string(); }
 
 // The longest folder that holds all of the paths, which are absolute.
@@ -62,13 +61,13 @@ fs::path common_folder(const std::vector<fs::path>& paths) {
   return common;
 }
 
-// A folder or an archive among the arguments, or the place of a file of labels.
+// A folder or an archive among the arguments, or one that holds a file of labels.
 struct InputRoot {
   fs::path path;
   std::shared_ptr<const Archive> archive;
   fs::path folder = {};  // in the archive
 
-  // Whether it has a file of this name in it, which is then at path / name.
+  // Whether it holds a file of this name, whose path is then path / name.
   bool has(const char* name) const {
     std::error_code error;
     return archive ? member(name).has_value() : fs::is_regular_file(path / name, error);
@@ -157,18 +156,17 @@ class Collector {
     for (std::size_t i = 0; i < paths.size(); ++i) {
       const fs::path id = paths[i].lexically_relative(root);
       if (id.empty() || id == "." || *id.begin() == "..")
-        throw UsageError("`" + search.files[i].shown().string() + "` is outside `" + root.string() +
-                         "`, the root of the ids of lists" +
-                         (options_.root.empty() ? " since the store was made" : "") +
-                         ": give --root with a folder above all paths (other ids: a new store), or leave "
-                         "the path out");
+        throw UsageError(
+            "`" + search.files[i].shown().string() + "` is outside `" + root.string() +
+            "`, the root of the ids of lists" + (options_.root.empty() ? " since the store was made" : "") +
+            ": give --root with a folder above all paths (other ids: a new store), or leave the path out");
       const std::string text = id.generic_string();
       found.push_back({text, search.files[i], {}, Split::none, true, std::max(depth_of(text), 1u)});
     }
     return root;
   }
 
-  // An archive of many files, that is there.
+  // Whether the path is an existing archive of many files.
   static bool is_archive(const fs::path& path) {
     std::error_code error;
     const auto kind = archive_kind_of(path);
@@ -185,7 +183,7 @@ class Collector {
     }
   }
 
-  // A path of a list or an argument that names one file, which may be in an archive.
+  // The file of an argument or of a path in a list; it may be in an archive.
   FoundFile file_at(const fs::path& path) {
     if (archive_kind_of(path) == ArchiveKind::gzip)
       return {unpacked_path(path), {std::make_shared<const Archive>(path), 0}};
@@ -207,7 +205,7 @@ class Collector {
     const auto kind = archive_kind_of(name);
     if (kind && kind != ArchiveKind::gzip)
       throw UsageError("`" + path.string() + "` is an archive in an archive: give `" + archive.string() +
-                       "`, with which it is searched, or a mesh in it");
+                       "`, which includes it, or a mesh in it");
     return {folder / opened->members()[*member].name, {opened, *member}};
   }
 
@@ -234,7 +232,7 @@ class Collector {
                                    folder / (short_name + ".off")};
     for (const fs::path& path : candidates)
       if (fs::exists(path)) return {id, {path, {}}, label};
-    return {id, {candidates[0], {}}, label};  // the row will say that it cannot be read
+    return {id, {candidates[0], {}}, label};  // its row will say that it cannot be read
   }
 
   const InputOptions& options_;
@@ -268,7 +266,7 @@ void add_argument(const std::string& argument, bool prefixed, Collector& collect
   }
 }
 
-// Ids as stored, ascending; equal ones are refused.
+// Escapes the ids as stores have them and sorts the items by them; refuses equal ids.
 void order_by_id(std::vector<Found>& found) {
   for (Found& f : found) f.id = escape_id(f.id);
   std::sort(found.begin(), found.end(), [](const Found& a, const Found& b) { return a.id < b.id; });
@@ -284,7 +282,7 @@ void place_in_layout(std::vector<Found>& found, FolderLayout wanted, InputNotes&
     std::vector<std::string> ids;
     for (const Found& f : found)
       if (f.placed) ids.push_back(f.id);
-    notes.layout = recognise_layout(ids);
+    notes.layout = recognize_layout(ids);
   }
   for (Found& f : found) {
     if (!f.placed) continue;
@@ -294,7 +292,7 @@ void place_in_layout(std::vector<Found>& found, FolderLayout wanted, InputNotes&
   }
 }
 
-// What the files of labels say of the items.
+// Gives items the classes and splits of the files of labels.
 class Labels {
  public:
   Labels(std::vector<Found>& found, InputNotes& notes) : found_(found), notes_(notes), stated_(found.size()) {
@@ -304,7 +302,7 @@ class Labels {
   }
 
   void take(const LabelFile& file) {
-    // A file with ids is one of ids: what is no id in it is one of another item.
+    // In a file that has ids every name is an id: an unknown one belongs to an item that is not here.
     const bool has_ids = std::any_of(file.lines.begin(), file.lines.end(), [this](const LabelLine& line) {
       const ItemNames::Items found = names_.find_id(line);
       return found.begin != found.end;
@@ -320,8 +318,8 @@ class Labels {
     }
     for (const auto& [number, name] : file.class_names)
       if (!class_names_.emplace(number, name).second && class_names_[number] != name)
-        throw UsageError("--labels: `" + file.name + "` has another name of the synset " + number +
-                         " than a file before it");
+        throw UsageError("--labels: `" + file.name + "` has another name for the synset " + number +
+                         " than an earlier file");
     if (!file.class_names.empty()) notes_.class_names = file.name;
   }
 
@@ -339,7 +337,7 @@ class Labels {
     }
   }
 
-  // Behind all that gives classes.
+  // Called last, when all items have their classes.
   void name_classes() {
     for (Found& f : found_) {
       const auto name = class_names_.find(f.label);
@@ -350,7 +348,7 @@ class Labels {
   }
 
  private:
-  // The lines that say something of an item, and where they stand.
+  // The lines that give an item its class and its split, with their files.
   struct Stated {
     const LabelLine *line = nullptr, *label = nullptr, *split = nullptr;
     const LabelFile *label_file = nullptr, *split_file = nullptr;
@@ -365,8 +363,8 @@ class Labels {
     Stated& stated = stated_[item];
     stated.line = &line;
     const auto refuse = [&](const char* what, const LabelFile& other_file, const LabelLine& other) {
-      throw UsageError("--labels: " + file.place_of(line) + " says another " + what + " of `" +
-                       found_[item].id + "` than " + other_file.place_of(other));
+      throw UsageError("--labels: " + file.place_of(line) + " gives `" + found_[item].id + "` another " +
+                       what + " than " + other_file.place_of(other));
     };
     if (!line.label.empty()) {
       if (stated.label && stated.label->label != line.label)
@@ -384,10 +382,10 @@ class Labels {
   InputNotes& notes_;
   std::vector<Stated> stated_;
   ItemNames names_;
-  std::map<std::string, std::string> class_names_;  // of synsets
+  std::map<std::string, std::string> class_names_;  // by the number of the synset
 };
 
-// Where a file of labels stands, which may be in an archive.
+// The folder, or the archive, that holds a file of labels.
 InputRoot place_of_labels(const fs::path& file) {
   InputRoot place{file.parent_path(), nullptr};
   if (archive_in_path(file).empty()) return place;
@@ -401,7 +399,7 @@ InputRoot place_of_labels(const fs::path& file) {
   return place;
 }
 
-// The taxonomy.json beside one of the files, else the one in a folder or an archive of the input.
+// The taxonomy.json beside one of the files, else the first in a folder or an archive of the input.
 std::optional<LabelFile> find_taxonomy(const std::vector<LabelFile>& files,
                                        const std::vector<InputRoot>& roots) {
   std::vector<InputRoot> places;
@@ -415,7 +413,7 @@ std::optional<LabelFile> find_taxonomy(const std::vector<LabelFile>& files,
   return std::nullopt;
 }
 
-// ShapeNet has them in its root.
+// Notes the files of labels that ShapeNet has in its root.
 void note_unused_labels(const std::vector<InputRoot>& roots, InputNotes& notes) {
   if (notes.layout != FolderLayout::shapenet) return;
   for (const InputRoot& root : roots)

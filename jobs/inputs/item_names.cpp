@@ -14,7 +14,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Of files of points that lists name where a model is meant.
+// The extensions of files of points, which lists may name for the model.
 constexpr std::array<std::string_view, 7> point_extensions = {".txt", ".npy", ".npz", ".pts",
                                                               ".xyz", ".pcd", ".h5"};
 
@@ -35,7 +35,7 @@ std::string_view stem_of_name(std::string_view name) {
   return dot == std::string_view::npos || dot == 0 ? name : name.substr(0, dot);
 }
 
-// The number in front of a stem: of ABC, of ScanNet; empty: none.
+// The number that ABC or ScanNet puts in front of a stem; empty: none.
 std::string_view number_of_stem(std::string_view stem) {
   constexpr std::string_view abc = "00000000_", scannet = "scene0000_00_";
   for (const std::string_view form : {abc, scannet}) {
@@ -46,7 +46,7 @@ std::string_view number_of_stem(std::string_view stem) {
   return {};
 }
 
-// The path with single slashes, without dots as parts.
+// The path with single slashes, and without parts that are dots.
 std::string plain_path(std::string_view name) {
   std::string plain;
   while (!name.empty()) {
@@ -71,7 +71,7 @@ void ItemNames::add(std::string_view id, const fs::path& path) {
   whole_.push_back(has_id ? std::string_view(owned_.emplace_back(std::move(whole))) : id);
 }
 
-// The folders of an item that are not those of the item before.
+// Adds the folders of an item that the item before does not have.
 void ItemNames::add_folders(std::size_t item) {
   const std::string_view id = ids_[item], before = item > 0 ? ids_[item - 1] : std::string_view();
   for (std::size_t slash = id.find('/'); slash != std::string_view::npos; slash = id.find('/', slash + 1)) {
@@ -99,8 +99,7 @@ void ItemNames::finish() {
   });
 }
 
-// By the last part, then by the folders from the last one on: of those with the same last folders, the ones
-// that have no others come first.
+// Orders by the last part, then by the folders from the last one up; a path that ends sooner comes first.
 int ItemNames::compare(const Place& place, const Wanted& wanted) {
   if (const int order = place.last.compare(wanted.last); order != 0) return order;
   const bool is_number = place.kind == Kind::number;
@@ -119,7 +118,7 @@ int ItemNames::compare(const Place& place, const Wanted& wanted) {
 
 namespace {
 
-// Another place of a name: what holds all others is meant. False where neither holds the other.
+// Adds a place of a name: the one that holds all others is meant. False when neither holds the other.
 bool take_place(std::size_t begin, std::size_t end, ItemNames::Items& found) {
   if (begin >= found.begin && end <= found.end) return true;
   const bool is_first = found.begin == found.end;
@@ -147,15 +146,15 @@ bool ItemNames::is_below_other_synset(std::size_t item, const std::string& synse
   for (std::string_view path = without_last_part(whole_[item]); !path.empty();
        path = without_last_part(path)) {
     path.remove_suffix(1);
-    // Numbers of synsets begin with 0; those of dates, which folders above the input may have, do not.
+    // The numbers of synsets begin with 0; dates, which folders above the input may have as names, do not.
     if (is_synset(last_part(path)) && last_part(path).starts_with('0') && last_part(path) != synset)
       return true;
   }
   return false;
 }
 
-// Whether the folders of a name in front of an id may be those above the item: two parts of the name are
-// right, and what is not the same is not another synset.
+// Whether the folders that a name has in front of an id may be those above the item: at least two parts
+// agree, and those that differ are not two synsets.
 bool ItemNames::may_be_above(const Place& place, const Wanted& wanted) const {
   std::string_view here = above(place.begin), there = wanted.folder;
   std::size_t right = wanted.parts;
@@ -170,7 +169,7 @@ bool ItemNames::may_be_above(const Place& place, const Wanted& wanted) const {
   return right > 0;
 }
 
-// Places at the top of the input, below which the name goes on above the ids.
+// Finds places at the top of the input whose name has further folders above the ids.
 template <class IsRight>
 ItemNames::Items ItemNames::find_from_top(Wanted wanted, const IsRight& is_right) const {
   const std::size_t folders = wanted.parts;
@@ -234,7 +233,7 @@ ItemNames::Items ItemNames::find(const LabelLine& line) const {
     const bool is_first = &name == line.names.data();
     for (const std::string& text : {name, escape_id(name)}) {
       const std::string plain = plain_path(text);
-      Items found = find_exactly(text);  // an id may be any path, the end of one has plain parts
+      Items found = find_exactly(text);  // an id may be any path, but the ends of paths are plain
       if (found.begin == found.end) found = find_exactly(plain);
       if (found.begin == found.end && !plain.empty())
         found = find_end(plain, is_first ? std::string() : line.synset);

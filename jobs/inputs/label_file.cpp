@@ -4,6 +4,7 @@
 #include <cctype>
 #include <optional>
 #include <span>
+#include <sstream>
 #include <utility>
 
 #include "io/archive/model_bytes.h"
@@ -41,7 +42,7 @@ class CsvText {
     do record.fields.push_back(take_field());
     while (take(','));
     take('\r');
-    if (at_ < text_.size() && !take('\n')) fail(record.line, "text behind a closing quotation mark");
+    if (at_ < text_.size() && !take('\n')) fail(record.line, "text follows a closing quotation mark");
     ++line_;
     return record;
   }
@@ -74,7 +75,7 @@ class CsvText {
     std::string field;
     for (;;) {
       const std::size_t mark = text_.find('"', at_);
-      if (mark == std::string::npos) fail(begin, "a quotation mark that is not closed");
+      if (mark == std::string::npos) fail(begin, "a quotation mark is not closed");
       field += text_.substr(at_, mark - at_);
       at_ = mark + 1;
       if (!take('"')) break;
@@ -96,12 +97,12 @@ std::string in_small_letters(std::string text) {
   return text;
 }
 
-// In the order in which they are asked.
+// Names of id columns, those that count first in front.
 constexpr std::string_view id_names[] = {"id",       "uid",     "object_id", "anno_id",
                                          "model_id", "modelid", "file_id"};
 constexpr std::string_view class_columns[] = {"class", "label", "category"};
 
-// The one split that words of a file's name name; none for no split and for two.
+// The split that the words of a file's name contain; Split::none for no split and for two.
 Split split_of_file_name(const fs::path& path) {
   const std::string name = path.filename().string();
   Split found = Split::none;
@@ -145,7 +146,7 @@ std::string gunzipped(const std::string& packed, const std::string& name) {
   }
 }
 
-// Makes lines of what the forms of files say.
+// Reads each form of file into lines.
 class LabelReader {
  public:
   LabelReader(LabelFile& file, Split given) : file_(file), given_(given) {
@@ -161,7 +162,7 @@ class LabelReader {
       is_list = is_list && (record->fields.size() == 1 || record->is_comment());
       records.push_back(std::move(*record));
     }
-    // In a table a line of several fields that begins with # is one of an item.
+    // A line of several fields that begins with # is a comment in a list, but an item in a table.
     std::erase_if(records, [&](const CsvRecord& record) {
       return record.is_comment() && (is_list || record.fields.size() == 1);
     });
@@ -185,11 +186,21 @@ class LabelReader {
     throw UsageError("--labels: `" + file_.name + "`: " + what);
   }
 
+  Split split_of_field(const std::string& word, std::uint64_t line) const {
+    const Split split = split_of_word(word);
+    LabelLine at;
+    at.line = line;
+    if (split == Split::none && !word.empty() && word != "none")
+      throw UsageError("--labels: " + file_.place_of(at) + ": the split `" + word +
+                       "` is not train, test or validation");
+    return split;
+  }
+
   void add(LabelLine line) {
     if (line.split == Split::none) line.split = given_;
     if (given_ != Split::none && line.split != given_)
-      throw UsageError("--labels: " + file_.place_of(line) + ": the split `" +
-                       std::string(name_of(line.split)) + "`, where `" + std::string(name_of(given_)) +
+      throw UsageError("--labels: " + file_.place_of(line) + ": the split is `" +
+                       std::string(name_of(line.split)) + "`, but `" + std::string(name_of(given_)) +
                        "=` is given for the file");
     const auto [at, is_new] = first_lines_.emplace(line.names.front(), file_.lines.size());
     if (is_new) {
@@ -208,9 +219,8 @@ class LabelReader {
     const Split split = given_ != Split::none ? given_ : by_name_;
     if (split == Split::none)
       fail(
-          "a list of ids, without a class and a split, whose name names no split (or more than one): say "
-          "which "
-          "it is, for example --labels train=" +
+          "this list of ids has no classes, and its name contains no split, or two: give the split, as in "
+          "--labels train=" +
           file_.name);
     return split;
   }
@@ -230,7 +240,7 @@ class LabelReader {
   }
 
   void refuse_split_of_names() const {
-    if (given_ != Split::none) fail("names of classes, which have no split");
+    if (given_ != Split::none) fail("a file of names of classes has no split: leave it out");
   }
 
   void take_list(const std::vector<CsvRecord>& records) {
@@ -242,11 +252,11 @@ class LabelReader {
 
   // ---- Tables ----
 
-  // Which field is what; `most` fields are allowed.
+  // The positions of the fields, and how many fields a line may have.
   struct Columns {
     std::vector<std::size_t> ids = {0};
     std::optional<std::size_t> label = 1, split = 2, synset, model;
-    std::size_t least = 2, most = 3;
+    std::size_t min = 2, max = 3;
   };
 
   static std::optional<Columns> header_of(const CsvText& text, const CsvRecord& record) {
@@ -270,7 +280,7 @@ class LabelReader {
     if (!columns.label && !columns.split)
       text.fail(record.line,
                 "the header has no column `class` (or `label`, `category`) and no column `split`");
-    columns.least = columns.most = record.fields.size();
+    columns.min = columns.max = record.fields.size();
     return columns;
   }
 
@@ -280,7 +290,7 @@ class LabelReader {
     const std::span<const CsvRecord> rows = std::span(records).subspan(headed ? 1 : 0);
     file_.is_shapenet = columns.synset && columns.model;
     for (const CsvRecord& record : rows) check_fields(text, record, columns);
-    std::map<std::string_view, std::size_t> uses;  // of the models of all.csv
+    std::map<std::string_view, std::size_t> uses;  // of each model of an all.csv
     if (file_.is_shapenet)
       for (const CsvRecord& record : rows) ++uses[record.fields[*columns.model]];
     for (const CsvRecord& record : rows) {
@@ -288,7 +298,7 @@ class LabelReader {
       line.line = record.line;
       if (columns.label) line.label = record.fields[*columns.label];
       if (columns.split && *columns.split < record.fields.size())
-        line.split = split_of_field(text, record, record.fields[*columns.split]);
+        line.split = split_of_field(record.fields[*columns.split], record.line);
       if (file_.is_shapenet)
         name_shapenet_model(record, columns, uses, line);
       else
@@ -300,18 +310,11 @@ class LabelReader {
 
   static void check_fields(const CsvText& text, const CsvRecord& record, const Columns& columns) {
     const std::size_t count = record.fields.size();
-    if (count < columns.least || count > columns.most)
+    if (count < columns.min || count > columns.max)
       text.fail(record.line,
                 std::to_string(count) + " fields, must be " +
-                    (columns.least == columns.most ? std::to_string(columns.most)
-                                                   : std::string("id, class and optionally split")));
-  }
-
-  static Split split_of_field(const CsvText& text, const CsvRecord& record, const std::string& word) {
-    const Split split = split_of_word(word);
-    if (split == Split::none && !word.empty() && word != "none")
-      text.fail(record.line, "the split `" + word + "` is not train, test or validation");
-    return split;
+                    (columns.min == columns.max ? std::to_string(columns.max)
+                                                : std::string("id, class and optionally split")));
   }
 
   static void name_shapenet_model(const CsvRecord& record, const Columns& columns,
@@ -352,12 +355,11 @@ class LabelReader {
 
   [[noreturn]] void fail_form() const {
     fail(
-        "none of the forms of JSON that are read: a list of ids or of objects with an id, lists of ids by "
-        "class "
-        "or by split, splits by id, taxonomy.json");
+        "unknown form of JSON: give a list of ids or of objects with an id, lists of ids by class or by "
+        "split, splits by id, or taxonomy.json");
   }
 
-  // A line without a class of its own must have a split.
+  // Every entry has a class or a split.
   void add_entry(std::vector<std::string> names, std::string label, Split split) {
     ++entries_;
     if (split == Split::none && given_ == Split::none) split = label.empty() ? split_of_list() : by_name_;
@@ -373,10 +375,7 @@ class LabelReader {
       const std::optional<std::string> text = text_of(member);
       if (!text) continue;
       if (name == "split") {
-        line.split = split_of_word(*text);
-        if (line.split == Split::none && !text->empty() && *text != "none")
-          fail("entry " + std::to_string(entries_) + ": the split `" + *text +
-               "` is not train, test or validation");
+        line.split = split_of_field(*text, entries_);
       }
     }
     for (const std::string_view wanted : id_names)
@@ -397,26 +396,26 @@ class LabelReader {
     add(std::move(line));
   }
 
-  // Texts, and whole numbers, which are ids too.
+  // The text of a string or of a whole number, which may be an id too.
   static std::optional<std::string> text_of(JsonValue value) {
     if (const auto text = value.text()) return std::string(*text);
     if (const auto count = value.count()) return std::to_string(*count);
     return std::nullopt;
   }
 
-  // Lists of ids below names, which are classes or splits.
+  // Takes lists of ids under names that are classes or splits.
   void take_lists(JsonValue object, const std::string& label, Split split, int depth) {
-    constexpr int most_depth = 4;
+    constexpr int max_depth = 4;
     const std::vector<JsonValue> members = object.items();
     const auto is_split = [](JsonValue member) { return split_of_word(member.name()) != Split::none; };
     const auto splits = static_cast<std::size_t>(std::count_if(members.begin(), members.end(), is_split));
     if (splits != 0 && splits != members.size())
-      fail("an object with splits and other names beside each other (`" +
+      fail("an object has both splits and other names (`" +
            std::string(std::find_if_not(members.begin(), members.end(), is_split)->name()) + "`)");
     for (const JsonValue member : members) {
       const std::string own_label = splits != 0 ? label : std::string(member.name());
       const Split own_split = splits != 0 ? split_of_word(member.name()) : split;
-      if (member.is_object() && depth + 1 < most_depth) {
+      if (member.is_object() && depth + 1 < max_depth) {
         take_lists(member, own_label, own_split, depth + 1);
         continue;
       }
@@ -429,8 +428,8 @@ class LabelReader {
     }
   }
 
-  // The first name of each synset, "chair" of "chair,seat". Where several synsets have it, it is that of the
-  // one that is below no other; all others have their number behind it ("cabinet 02933112").
+  // Names each synset by its first name, "chair" of "chair,seat". If several synsets share it, the one that
+  // is below no other keeps it, and the others get their number behind it ("cabinet 02933112").
   void name_synsets(const std::vector<JsonValue>& synsets) {
     refuse_split_of_names();
     std::map<std::string, bool> is_below;
@@ -440,7 +439,7 @@ class LabelReader {
       const auto number = text_of(synset.member("synsetId")), name = text_of(synset.member("name"));
       for (const JsonValue child : synset.member("children").items())
         if (const auto below = text_of(child)) is_below[*below] = true;
-      if (!number || !name) fail("a synset without a number or a name");
+      if (!number || !name) fail("a synset has no number or no name");
       std::string first = name->substr(0, name->find(','));
       first.erase(first.find_last_not_of(' ') + 1);
       if (first.empty() || !first_names.emplace(*number, first).second) continue;
@@ -459,7 +458,7 @@ class LabelReader {
   LabelFile& file_;
   Split given_, by_name_;
   std::map<std::string, std::size_t> first_lines_;  // by first name
-  std::uint64_t entries_ = 0;                       // of JSON
+  std::uint64_t entries_ = 0;                       // of JSON, so far
 };
 
 }  // namespace
@@ -508,8 +507,48 @@ LabelFile read_taxonomy(const std::string& text, const std::string& name) {
   file.name = name;
   LabelReader(file, Split::none).read_json(text);
   if (!file.lines.empty() || file.class_names.empty())
-    throw UsageError("--labels: `" + name + "` is no taxonomy of ShapeNet");
+    throw UsageError("--labels: `" + name + "` is not a taxonomy of ShapeNet");
   return file;
+}
+
+Classification read_classification(const std::filesystem::path& file) {
+  std::istringstream in = [&] {
+    try {
+      return std::istringstream(std::string(without_byte_order_mark(content_of_file(file))));
+    } catch (const FileError& error) {
+      throw UsageError("cannot open `" + file.string() + "`: " + error.code().message());
+    }
+  }();
+  std::string magic, version;
+  std::uint64_t classes = 0, models = 0;
+  if (!(in >> magic >> version >> classes >> models) || magic != "PSB")
+    throw UsageError("`" + file.string() + "` is not a Princeton .cla file");
+  Classification result;
+  std::vector<std::string> parents;
+  std::map<std::string, std::size_t> uses;
+  for (std::uint64_t c = 0; c < classes; ++c) {
+    std::string name, parent;
+    std::uint64_t members = 0;
+    if (!(in >> name >> parent >> members))
+      throw UsageError("`" + file.string() + "` ends in class " + std::to_string(c + 1) + " of " +
+                       std::to_string(classes));
+    for (std::uint64_t m = 0; m < members; ++m) {
+      std::string model;
+      if (!(in >> model))
+        throw UsageError("`" + file.string() + "`: class `" + name + "` ends before its " +
+                         std::to_string(members) + " models");
+      result.models.push_back({model, static_cast<std::uint32_t>(c)});
+    }
+    ++uses[name];
+    result.classes.push_back(name);
+    parents.push_back(parent);
+  }
+  for (std::size_t c = 0; c < result.classes.size(); ++c)
+    if (uses[result.classes[c]] > 1) result.classes[c] = parents[c] + "/" + result.classes[c];
+  if (result.models.size() != models)
+    throw UsageError("`" + file.string() + "` promises " + std::to_string(models) + " models and lists " +
+                     std::to_string(result.models.size()));
+  return result;
 }
 
 }  // namespace meander

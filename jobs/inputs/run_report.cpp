@@ -14,7 +14,7 @@ namespace meander {
 
 namespace {
 
-// What `read` returns, a default value where it throws.
+// The result of `read`, or a default value when it throws.
 template <class Read>
 auto or_nothing(const Read& read) -> decltype(read()) {
   try {

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <charconv>
 #include <filesystem>
 #include <optional>
 #include <utility>
@@ -13,6 +12,7 @@
 #include "io/run_error.h"
 #include "io/store/run_array.h"
 #include "jobs/cli/command_line.h"
+#include "jobs/cli/units.h"
 #include "jobs/cli/usage_error.h"
 #include "kernels/core/spelling.h"
 
@@ -21,23 +21,22 @@ namespace meander {
 void add_trust_option(Command& command, StoreCheck& check) {
   command.add_flag(
       "--trust", [&check] { check = StoreCheck::none; },
-      "Do not verify the checksum of stores before reading them (verifying reads the whole file once, at "
-      "about 5 GB/s from the page cache, else at the speed of the disk); a damaged store may then give wrong "
-      "values or crash");
+      "Do not verify the checksum of stores before reading them, which reads the whole file once; a damaged "
+      "store may then give wrong values or crash");
 }
 
 namespace {
 
-// The first id whose file has that name, with or without its extension; else the nearest in spelling, among
-// not too many. Empty where there is none.
+// The first id whose file has that name, with or without its extension; else the nearest in spelling among
+// the first max_compared. Empty if there is none.
 std::string near_id(const StoreReader& store, const std::string& item) {
-  constexpr std::uint64_t most_spelt = 10000;
+  constexpr std::uint64_t max_compared = 10000;
   std::vector<std::string> ids;
   for (std::uint64_t row = 0; row < store.rows(); ++row) {
     std::string id = store.id(row);
     const std::filesystem::path path(id);
     if (path.filename() == item || path.stem() == item) return id;
-    if (row < most_spelt) ids.push_back(std::move(id));
+    if (row < max_compared) ids.push_back(std::move(id));
   }
   return nearest(item, ids);
 }
@@ -47,16 +46,14 @@ std::string near_id(const StoreReader& store, const std::string& item) {
 std::uint64_t find_item(const StoreReader& store, const std::string& item) {
   if (const auto row = store.find(item)) return *row;
   if (const auto row = store.find(escape_id(item))) return *row;
-  std::uint64_t number = 0;
-  const auto [end, error] = std::from_chars(item.data(), item.data() + item.size(), number);
-  if (error == std::errc() && end == item.data() + item.size() && number < store.rows()) return number;
+  if (const auto row = number_in(item); row && *row < store.rows()) return *row;
   const std::string near = near_id(store, item);
   throw UsageError("no item `" + item + "` (neither an id nor a row number below " +
                    std::to_string(store.rows()) + ")" +
                    (near.empty() ? "" : ", did you mean `" + near + "`?"));
 }
 
-std::string made_otherwise(const StoreReader& store, const StoreHeader& header) {
+std::string parameter_mismatch(const StoreReader& store, const StoreHeader& header) {
   std::string text;
   if (store.method_version() != store_method_version)
     text = "the method version was " + std::to_string(store.method_version()) + ", now it is " +
@@ -67,7 +64,7 @@ std::string made_otherwise(const StoreReader& store, const StoreHeader& header) 
 
 namespace {
 
-// Work that was begun and is not finished, as a sentence; empty where there is none.
+// A sentence about unfinished work; empty if there is none.
 std::string unfinished_work(const std::string& store) {
   if (const std::optional<RunArray> array = read_run_array(store))
     return fmt::format("`{0}.run` is an array of {1} shards over {2} models: see `meander status {0}.run`",
@@ -81,7 +78,7 @@ std::string unfinished_work(const std::string& store) {
 
 }  // namespace
 
-void mind_unfinished_work(const std::string& store) {
+void warn_of_unfinished_run(const std::string& store) {
   if (!std::filesystem::exists(store)) {
     if (const std::string work = unfinished_work(store); !work.empty())
       throw UsageError(fmt::format("the store `{}` is not finished: {}", store, work));
@@ -92,7 +89,7 @@ void mind_unfinished_work(const std::string& store) {
   try {
     if (const std::string work = unfinished_work(store); !work.empty())
       fmt::print(stderr, "meander: {}\n", work);
-  } catch (const RunError&) {  // a damaged plan is no affair of the store
+  } catch (const RunError&) {  // a damaged plan does not concern the store
   }
 }
 

@@ -1,4 +1,4 @@
-// Items of a store on the command line.
+// Commands that read a store: its options, its items on the command line, and unfinished work beside it.
 #pragma once
 
 #include <cstdint>
@@ -13,16 +13,16 @@ class Command;
 // Adds --trust to a command that reads stores: it sets `check` to StoreCheck::none.
 void add_trust_option(Command& command, StoreCheck& check);
 
-// Before a store is read as a whole: says on standard error that there is unfinished work beside it. Throws
-// UsageError where there is no store yet, or a folder has its name.
-void mind_unfinished_work(const std::string& store);
+// Called before a store is read as a whole: warns on standard error of unfinished work beside it. Throws
+// UsageError when there is no store yet, or a folder has its name.
+void warn_of_unfinished_run(const std::string& store);
 
-// The row of an id, of the path that an id was made of, or of a row number, the first of these that there is.
-// Throws UsageError.
+// The row of an id, of the path that an id was made of, or with a row number, tried in this order. Throws
+// UsageError.
 std::uint64_t find_item(const StoreReader& store, const std::string& item);
 
-// How `store` was made otherwise than a run with this header would make it: another method version, or the
-// parameters that differ with both their values. Empty when the rows of both would be the same.
-std::string made_otherwise(const StoreReader& store, const StoreHeader& header);
+// The differences between `store` and what a run with this header would make: another method version, or the
+// parameters that differ, with both values. Empty when the rows would be the same.
+std::string parameter_mismatch(const StoreReader& store, const StoreHeader& header);
 
 }  // namespace meander

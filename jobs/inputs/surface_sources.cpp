@@ -45,8 +45,9 @@ void check_surface_name(const std::string& argument) {
   }
   const std::string near = nearest(argument, names);
   throw UsageError("no surface `" + argument + "`" +
-                   (near.empty() ? " (nor a .nurbs or .png file, nor three formulas as \"u, v, sin(6*u)\")"
-                                 : ", did you mean `" + near + "`?"));
+                   (near.empty()
+                        ? "; give a name, a .nurbs or .png file, or three formulas such as \"u, v, sin(6*u)\""
+                        : ", did you mean `" + near + "`?"));
 }
 
 SurfaceSource open_surface(const std::string& argument, const HeightFieldOptions& height_field) {
@@ -60,7 +61,7 @@ SurfaceSource open_surface(const std::string& argument, const HeightFieldOptions
       return source;
     }
     const GrayImage image = read_gray_png(argument);
-    // The top row of the picture is the far side, v = 1.
+    // The top row of the picture is the far side of the surface, v = 1.
     std::vector<float> heights;
     heights.reserve(image.values.size());
     for (std::size_t row = image.height; row-- > 0;)
@@ -81,7 +82,7 @@ SurfaceSource open_surface(const std::string& argument, const HeightFieldOptions
 std::string surface_id(const std::string& argument) {
   if (surface_kind(argument) != SurfaceKind::formula) return fs::path(argument).filename().string();
   if (!is_surface_formula(argument)) return argument;
-  // A quotient is no folder of `export`.
+  // The slash of a quotient would be a folder for `export`.
   const std::unique_ptr<ParametricSurface> surface = make_formula_surface(argument);
   std::string id;
   for (const char c : surface->name()) id += c == '/' ? std::string("%2F") : std::string(1, c);

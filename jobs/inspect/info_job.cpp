@@ -1,4 +1,4 @@
-// meander info: what a store holds, as a whole or for one item.
+// meander info shows what a store holds, as a whole or for one item.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -33,14 +33,22 @@ struct InfoOptions {
   StoreCheck check = StoreCheck::every_byte;
 };
 
-void write_texts(JsonWriter& json, const char* name, const std::vector<std::string>& texts) {
-  json.key(name);
-  json.begin_array();
-  for (const std::string& text : texts) json.value(text);
-  json.end_array();
+// Writes the count of each name as an object.
+template <class Names, class Counts>
+void write_counts(JsonWriter& json, const char* name, const Names& names, const Counts& counts) {
+  json.object(name, [&] {
+    for (std::size_t i = 0; i < names.size(); ++i) json.member(names[i], counts[i]);
+  });
 }
 
-// Attributes and texture coordinates that the item lacks.
+// Prints the counts that are not zero, a line each.
+template <class Names, class Counts>
+void print_counts(std::string_view what, const Names& names, const Counts& counts, std::size_t first = 0) {
+  for (std::size_t i = first; i < names.size(); ++i)
+    if (counts[i] > 0) fmt::print("  {}{:<{}}{:>10}\n", what, names[i], 20 - what.size(), counts[i]);
+}
+
+// The attributes and texture coordinates that the item lacks.
 std::vector<std::string> lacking_columns(const StoreColumns& columns, const ItemReport& report) {
   std::vector<std::string> lacking;
   for (std::size_t bit = 0; bit < columns.chosen_count(); ++bit)
@@ -48,7 +56,7 @@ std::vector<std::string> lacking_columns(const StoreColumns& columns, const Item
   return lacking;
 }
 
-// The names behind the classes of the item, by attribute; those that cannot be read are none.
+// The names of the item's classes by attribute; empty if they cannot be read.
 std::vector<std::pair<std::string, std::vector<std::string>>> class_names(const StoreReader& store,
                                                                           std::uint64_t row) {
   std::vector<std::pair<std::string, std::vector<std::string>>> all;
@@ -73,59 +81,52 @@ int show_item(const StoreReader& store, const InfoOptions& options) {
   const std::int32_t label = store.label(row);
   const std::string label_name = label >= 0 ? store.label_names()[static_cast<std::size_t>(label)] : "";
   if (options.json) {
-    JsonWriter json;
-    json.begin_object();
-    json.member("row", row);
-    json.member("id", store.id(row));
-    json.member("status", name_of(r.status));
-    json.member("reason", r.reason);
-    json.member("method", name_of(r.method));
-    json.member("order_reason", name_of(r.order_reason));
-    json.member("label", label);
-    json.member("label_name", label_name);
-    json.member("split", name_of(store.split(row)));
-    json.member("vertices", r.vertices);
-    json.member("faces", r.faces);
-    json.member("components", r.components);
-    json.member("genus", r.genus);
-    json.member("boundaries", r.boundaries);
-    json.member("area", r.area);
-    json.member("measure", r.measure);
-    json.key("bbox");
-    json.begin_array();
-    for (const double b : r.bbox) json.value(b);
-    json.end_array();
-    json.member("flips", r.flips);
-    json.member("overlap", r.overlap);
-    json.member("area_scale_range", r.area_scale_range);
-    json.member("distortion", r.distortion);
-    if (store.columns().chosen_count() > 0) write_texts(json, "lacks", lacking_columns(store.columns(), r));
-    if (store.columns().has_names()) {
-      json.key("names");
-      json.begin_object();
-      for (const auto& [attribute, names] : class_names(store, row))
-        write_texts(json, attribute.c_str(), names);
-      json.end_object();
-    }
-    json.member("file_bytes", r.file_bytes);
-    json.member("content_sha256", hex_text(r.content_sha256));
-    json.key("repairs");
-    json.begin_object();
-    for (std::size_t i = 0; i < repair_count; ++i)
-      if (r.repairs.counts[i] > 0) json.member(repair_names[i], r.repairs.counts[i]);
-    json.end_object();
-    json.key("notes");
-    json.begin_object();
-    for (std::size_t n = 0; n < note_count; ++n)
-      if (r.notes[n] > 0) json.member(note_names[n], r.notes[n]);
-    json.end_object();
-    json.member("note_text", r.note_text);
-    if (store.columns().colors) {
-      json.member("color_source", name_of(r.color_source));
-      json.member("color_fills", r.color_fills);
-    }
-    json.end_object();
-    fmt::print("{}\n", json.text());
+    fmt::print("{}\n", json_object([&](JsonWriter& json) {
+                 json.member("row", row);
+                 json.member("id", store.id(row));
+                 json.member("status", name_of(r.status));
+                 json.member("reason", r.reason);
+                 json.member("method", name_of(r.method));
+                 json.member("order_reason", name_of(r.order_reason));
+                 json.member("label", label);
+                 json.member("label_name", label_name);
+                 json.member("split", name_of(store.split(row)));
+                 json.member("vertices", r.vertices);
+                 json.member("faces", r.faces);
+                 json.member("components", r.components);
+                 json.member("genus", r.genus);
+                 json.member("boundaries", r.boundaries);
+                 json.member("area", r.area);
+                 json.member("measure", r.measure);
+                 json.list("bbox", r.bbox);
+                 json.member("flips", r.flips);
+                 json.member("overlap", r.overlap);
+                 json.member("area_scale_range", r.area_scale_range);
+                 json.member("distortion", r.distortion);
+                 if (store.columns().chosen_count() > 0)
+                   json.list("lacks", lacking_columns(store.columns(), r));
+                 if (store.columns().has_names()) {
+                   json.object("names", [&] {
+                     for (const auto& [attribute, names] : class_names(store, row))
+                       json.list(attribute, names);
+                   });
+                 }
+                 json.member("file_bytes", r.file_bytes);
+                 json.member("content_sha256", hex_text(r.content_sha256));
+                 json.object("repairs", [&] {
+                   for (std::size_t i = 0; i < repair_count; ++i)
+                     if (r.repairs.counts[i] > 0) json.member(repair_names[i], r.repairs.counts[i]);
+                 });
+                 json.object("notes", [&] {
+                   for (std::size_t n = 0; n < note_count; ++n)
+                     if (r.notes[n] > 0) json.member(note_names[n], r.notes[n]);
+                 });
+                 json.member("note_text", r.note_text);
+                 if (store.columns().colors) {
+                   json.member("color_source", name_of(r.color_source));
+                   json.member("color_fills", r.color_fills);
+                 }
+               }));
     return exit_done;
   }
   fmt::print("{} (row {})\n", store.id(row), row);
@@ -135,11 +136,11 @@ int show_item(const StoreReader& store, const InfoOptions& options) {
   fmt::print("  method            {}\n", name_of(r.method));
   if (r.order_reason != OrderReason::as_asked)
     fmt::print("  order             {}\n", name_of(r.order_reason));
-  const bool is_mesh = store.columns().rows == RowKind::meshes;  // of a parametric surface no more is known
+  const bool is_mesh = store.columns().rows == RowKind::meshes;  // less is known of a parametric surface
   if (is_mesh) {
     fmt::print("  vertices, faces   {}, {}\n", r.vertices, r.faces);
     if (r.status == Status::ok && r.components == 0)
-      fmt::print("  topology          not looked for (--topology none)\n");
+      fmt::print("  topology          not computed (--topology none)\n");
     else
       fmt::print("  topology          {} component(s), genus {}, {} boundary loop(s)\n", r.components,
                  r.genus, r.boundaries);
@@ -164,10 +165,10 @@ int show_item(const StoreReader& store, const InfoOptions& options) {
   if (r.lacks != 0)
     fmt::print("  lacks             {}\n", fmt::join(lacking_columns(store.columns(), r), ", "));
   for (const auto& [attribute, names] : class_names(store, row)) {
-    constexpr std::size_t most_shown = 20;
-    const std::span<const std::string> shown = std::span(names).first(std::min(names.size(), most_shown));
+    constexpr std::size_t max_shown = 20;
+    const std::span<const std::string> shown = std::span(names).first(std::min(names.size(), max_shown));
     fmt::print("  {:<18}{}{}\n", attribute, fmt::join(shown, ", "),
-               names.size() > most_shown ? fmt::format(", ... ({} in all; --json)", names.size()) : "");
+               names.size() > max_shown ? fmt::format(", ... ({} in all; --json)", names.size()) : "");
   }
   for (const DescriptorRow& descriptor : store.read_row(row).descriptors)
     if (descriptor.values.size() == 1)
@@ -176,7 +177,7 @@ int show_item(const StoreReader& store, const InfoOptions& options) {
   return exit_done;
 }
 
-// The program that computed a descriptor: of the samples, unless another one added it.
+// The version of the program that computed a descriptor: that of the samples, unless another one added it.
 std::string made_by(const StoreReader& store, const DescriptorSchema& descriptor) {
   for (const auto& [name, text] : descriptor.attributes)
     if (name == "tool_version") return text;
@@ -187,17 +188,10 @@ void show_counts(const StoreReader& store, const StoreSummary& summary) {
   fmt::print("{} models x {} points, format {}, method version {}, made by meander {}\n", store.rows(),
              store.samples(), store.format_version(), store.method_version(), store.tool_version());
   fmt::print("parameters {}\n", store.parameters_json());
-  for (std::size_t s = 0; s < status_names.size(); ++s)
-    if (summary.by_status[s] > 0) fmt::print("  {:<20}{:>10}\n", status_names[s], summary.by_status[s]);
-  for (std::size_t m = 1; m < method_names.size(); ++m)
-    if (summary.by_method[m] > 0)
-      fmt::print("  method {:<13}{:>10}\n", method_names[m], summary.by_method[m]);
-  for (std::size_t r = 1; r < order_reason_names.size(); ++r)
-    if (summary.by_order_reason[r] > 0)
-      fmt::print("  order: {:<13}{:>10}\n", order_reason_names[r], summary.by_order_reason[r]);
-  for (std::size_t c = 0; summary.has_colors && c < color_source_names.size(); ++c)
-    if (summary.by_color_source[c] > 0)
-      fmt::print("  colors: {:<12}{:>10}\n", color_source_names[c], summary.by_color_source[c]);
+  print_counts("", status_names, summary.by_status);
+  print_counts("method ", method_names, summary.by_method, 1);
+  print_counts("order: ", order_reason_names, summary.by_order_reason, 1);
+  if (summary.has_colors) print_counts("colors: ", color_source_names, summary.by_color_source);
   if (summary.rows_with_fills > 0) fmt::print("  {:<20}{:>10}\n", "color fills", summary.rows_with_fills);
   if (store.columns().are_chosen())
     fmt::print("  columns {}\n", fmt::join(store::column_list(store.columns()), ", "));
@@ -210,9 +204,8 @@ void show_counts(const StoreReader& store, const StoreSummary& summary) {
     ++of_split[static_cast<std::size_t>(store.split(row))];
   }
   for (std::size_t c = 0; c < members.size(); ++c)
-    fmt::print("  class {:<20}{:>10}\n", store.label_names()[c], members[c]);
-  for (std::size_t s = 1; s < split_names.size(); ++s)
-    if (of_split[s] > 0) fmt::print("  split {:<20}{:>10}\n", split_names[s], of_split[s]);
+    fmt::print("  class {:<14}{:>10}\n", store.label_names()[c], members[c]);
+  print_counts("split ", split_names, of_split, 1);
   for (const DescriptorSchema& descriptor : store.descriptors())
     fmt::print("  descriptor {} ({} {}), version {}, made by meander {}\n", descriptor.name, descriptor.width,
                descriptor.width == 1 ? "value" : "values", version_of(descriptor),
@@ -220,55 +213,34 @@ void show_counts(const StoreReader& store, const StoreSummary& summary) {
 }
 
 void show_counts_json(const StoreReader& store, const StoreSummary& summary) {
-  JsonWriter json;
-  json.begin_object();
-  json.member("rows", store.rows());
-  json.member("samples", store.samples());
-  json.member("format_version", store.format_version());
-  json.member("method_version", store.method_version());
-  json.member("tool_version", store.tool_version());
-  json.member("parameters", store.parameters_json());
-  json.key("status");
-  json.begin_object();
-  for (std::size_t s = 0; s < status_names.size(); ++s) json.member(status_names[s], summary.by_status[s]);
-  json.end_object();
-  json.key("method");
-  json.begin_object();
-  for (std::size_t m = 0; m < method_names.size(); ++m) json.member(method_names[m], summary.by_method[m]);
-  json.end_object();
-  json.key("order_reason");
-  json.begin_object();
-  for (std::size_t r = 0; r < order_reason_names.size(); ++r)
-    json.member(order_reason_names[r], summary.by_order_reason[r]);
-  json.end_object();
-  if (summary.has_colors) {
-    json.key("color_source");
-    json.begin_object();
-    for (std::size_t c = 0; c < color_source_names.size(); ++c)
-      json.member(color_source_names[c], summary.by_color_source[c]);
-    json.end_object();
-    json.member("items_with_color_fills", summary.rows_with_fills);
-  }
-  write_texts(json, "columns", store::column_list(store.columns()));
-  write_lacking(json, summary);
-  write_tallies(json, summary);
-  json.key("descriptors");
-  json.begin_array();
-  for (const DescriptorSchema& descriptor : store.descriptors()) {
-    json.begin_object();
-    json.member("name", descriptor.name);
-    json.member("values", descriptor.width);
-    json.member("version", version_of(descriptor));
-    json.member("made_by", made_by(store, descriptor));
-    json.end_object();
-  }
-  json.end_array();
-  json.end_object();
-  fmt::print("{}\n", json.text());
+  fmt::print("{}\n", json_object([&](JsonWriter& json) {
+               json.member("rows", store.rows());
+               json.member("samples", store.samples());
+               json.member("format_version", store.format_version());
+               json.member("method_version", store.method_version());
+               json.member("tool_version", store.tool_version());
+               json.member("parameters", store.parameters_json());
+               write_counts(json, "status", status_names, summary.by_status);
+               write_counts(json, "method", method_names, summary.by_method);
+               write_counts(json, "order_reason", order_reason_names, summary.by_order_reason);
+               if (summary.has_colors) {
+                 write_counts(json, "color_source", color_source_names, summary.by_color_source);
+                 json.member("items_with_color_fills", summary.rows_with_fills);
+               }
+               json.list("columns", store::column_list(store.columns()));
+               write_lacking(json, summary);
+               write_tallies(json, summary);
+               json.list("descriptors", store.descriptors(), [&](const DescriptorSchema& descriptor) {
+                 json.member("name", descriptor.name);
+                 json.member("values", descriptor.width);
+                 json.member("version", version_of(descriptor));
+                 json.member("made_by", made_by(store, descriptor));
+               });
+             }));
 }
 
 int info(const InfoOptions& options) {
-  mind_unfinished_work(options.store);
+  warn_of_unfinished_run(options.store);
   const StoreReader store(options.store, options.check);
   if (!options.item.empty()) return show_item(store, options);
   const StoreSummary summary = summarise(store, !options.failed && options.check == StoreCheck::every_byte);
@@ -286,16 +258,16 @@ int info(const InfoOptions& options) {
 }  // namespace
 
 JobFunction add_info_job(Command& program) {
-  Command command = program.add_subcommand("info", "What a store holds, as a whole or for one item");
+  Command command = program.add_subcommand("info", "Show what a store holds, as a whole or for one item");
   auto options = std::make_shared<InfoOptions>();
   command.add_option("STORE", options->store, "The store").required();
-  command.add_option("ITEM", options->item, "An id or a row number: everything about this item");
+  command.add_option("ITEM", options->item, "An id or a row number: show everything about this item");
   command.add_flag("--failed", options->failed, "One line per failed item: id: status: reason");
   command.add_flag("--json", options->json, "As JSON");
   add_trust_option(command, options->check);
   return [options] {
     if (options->failed && (options->json || !options->item.empty()))
-      throw UsageError("--failed lists all failed items as text: leave ITEM and --json out");
+      throw UsageError("--failed prints all failed items as text: leave ITEM and --json out");
     return info(*options);
   };
 }

@@ -1,4 +1,4 @@
-// meander verify: checks a store completely.
+// meander verify checks a store completely.
 #include <fmt/format.h>
 
 #include <filesystem>
@@ -23,22 +23,17 @@ struct VerifyOptions {
 };
 
 int verify(const VerifyOptions& options) {
-  mind_unfinished_work(options.store);
+  warn_of_unfinished_run(options.store);
   if (!std::filesystem::is_regular_file(options.store))
-    throw UsageError(fmt::format("{} is not a store: it is not a regular file", options.store));
+    throw UsageError(fmt::format("`{}` is not a store: it is not a regular file", options.store));
   const VerifyResult result = verify_store(options.store, options.limit);
   if (options.json) {
-    JsonWriter json;
-    json.begin_object();
-    json.member("store", options.store);
-    json.member("rows", result.rows);
-    json.member("ok_rows", result.ok_rows);
-    json.key("problems");
-    json.begin_array();
-    for (const std::string& problem : result.problems) json.value(problem);
-    json.end_array();
-    json.end_object();
-    fmt::print("{}\n", json.text());
+    fmt::print("{}\n", json_object([&](JsonWriter& json) {
+                 json.member("store", options.store);
+                 json.member("rows", result.rows);
+                 json.member("ok_rows", result.ok_rows);
+                 json.list("problems", result.problems);
+               }));
   } else {
     for (const std::string& problem : result.problems) fmt::print("{}\n", problem);
     fmt::print("{}: {} rows, {} ok, {}\n", options.store, result.rows, result.ok_rows,

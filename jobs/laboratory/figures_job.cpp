@@ -1,4 +1,4 @@
-// meander figures: the survey's figures, by the Python program that makes them.
+// meander figures reproduces the figures of Quinn et al. 2013, by a Python program.
 #include <fmt/format.h>
 
 #include <memory>
@@ -37,7 +37,7 @@ std::vector<std::string> words_of(const FiguresOptions& options) {
   return words;
 }
 
-// Files of earlier figures are replaced, and nothing else: the program writes names of its own alone.
+// The program replaces only files of earlier figures: it writes no names but its own.
 int draw_figures(const FiguresOptions& options) {
   OutputGuard guard;
   guard.check_folder(options.folder, "-o");
@@ -47,8 +47,8 @@ int draw_figures(const FiguresOptions& options) {
 }  // namespace
 
 JobFunction add_figures_job(Command& program) {
-  Command command =
-      program.add_subcommand("figures", "Reproduce the survey's figures: pictures, data and an HTML page");
+  Command command = program.add_subcommand(
+      "figures", "Reproduce the figures of Quinn et al. 2013: pictures, data and an HTML page");
   auto options = std::make_shared<FiguresOptions>();
   command.add_option("-o,--output", options->folder, "Output folder, created if missing").required();
   command.add_option("--models", options->models,
@@ -61,7 +61,7 @@ JobFunction add_figures_job(Command& program) {
       .separator(',');
   command.add_option(
       "--view", options->view,
-      "Direction from the models towards the eye, X,Y,Z (default: from the front, right and above)");
+      "Direction from the models towards the eye, X,Y,Z (default: in front, to the right and above)");
   command.add_option("--up", options->up, "The axis of the models that points up (default: y)")
       .one_of({"x", "y", "z"});
   command.add_option("--size", options->size, "Pixels of a picture of a model, 64 to 4096").range(64, 4096);

@@ -1,4 +1,4 @@
-// meander measure: quality of point sets of any origin.
+// meander measure measures the quality of point sets of any origin.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -6,9 +6,7 @@
 
 #include "io/file/atomic_file.h"
 #include "io/json_writer.h"
-#include "io/table/csv_writer.h"
-#include "io/table/json_table.h"
-#include "io/table/text_table.h"
+#include "io/table/table.h"
 #include "jobs/cli/command_line.h"
 #include "jobs/cli/exit_status.h"
 #include "jobs/cli/output_guard.h"
@@ -30,9 +28,9 @@ struct Measure {
 constexpr Measure measures[] = {
     {"boxes", "error over random rotated boxes, relative to random points (meshes)", measure_boxes, false,
      true, true},
-    {"rings", "the survey's discrepancy over patches grown ring by ring (meshes)", measure_rings, false, true,
-     true},
-    {"spacing", "nearest-neighbour distances, rho, coverage radius (plane, meshes)", measure_spacing, false,
+    {"rings", "discrepancy over patches grown ring by ring, as Quinn et al. 2013 (meshes)", measure_rings,
+     false, true, true},
+    {"spacing", "nearest-neighbor distances, rho, coverage radius (plane, meshes)", measure_spacing, false,
      false, true},
     {"discrepancy", "over boxes, triangles, quarter circles (plane); caps, triangles (sphere)",
      measure_discrepancy, false, true, true},
@@ -43,7 +41,7 @@ constexpr Measure measures[] = {
     {"differences",
      "differential domain analysis, mean of all sets, of any density or tensor field (plane, meshes)",
      measure_differences, true, false, true},
-    {"distance", "mean, RMS and largest distance between two meshes, in both directions", nullptr, false,
+    {"distance", "mean, RMS and maximum distance between two meshes, in both directions", nullptr, false,
      false, true},
 };
 
@@ -77,23 +75,20 @@ int measure(const MeasureOptions& options) {
   } else {
     if (options.surface.empty())
       throw UsageError("measure " + options.what +
-                       " needs --surface: plane, sphere, a mesh file, or the folder "
-                       "of a store's models");
+                       " needs --surface: plane, sphere, a mesh file, or the folder of a store's models");
     PointSets sets(options.inputs, options.check);
     MeasuredSurfaces surfaces(options.surface);
     table = chosen.table(sets, surfaces, options);
   }
   if (!options.csv.empty()) replace_file(options.csv, csv_text(table));
   if (options.json) {
-    JsonWriter json;
-    json.begin_object();
-    json.member("measure", options.what);
-    json.member("surface", options.surface);
-    json.member("seed", options.seed);
-    json.key("results");
-    write_table(json, table);
-    json.end_object();
-    fmt::print("{}\n", json.text());
+    fmt::print("{}\n", json_object([&](JsonWriter& json) {
+                 json.member("measure", options.what);
+                 json.member("surface", options.surface);
+                 json.member("seed", options.seed);
+                 json.key("results");
+                 write_table(json, table);
+               }));
   } else {
     fmt::print("{}", text_table(table));
   }
@@ -103,7 +98,7 @@ int measure(const MeasureOptions& options) {
 }  // namespace
 
 JobFunction add_measure_job(Command& program) {
-  Command command = program.add_subcommand("measure", "Quality of point sets from any source");
+  Command command = program.add_subcommand("measure", "Measure the quality of point sets from any source");
   auto options = std::make_shared<MeasureOptions>();
   std::vector<std::string> names;
   std::string help = "The measure:";
@@ -117,10 +112,9 @@ JobFunction add_measure_job(Command& program) {
                   "Stores (FILE.h5: all ok items, FILE.h5::ITEM: one), point files (.ply .xyz .txt .csv .pts "
                   ".off .npy); two meshes for distance")
       .required();
-  command.add_option(
-      "--surface", options->surface,
-      "Surface of the points: plane (unit square), sphere (unit sphere), a mesh file, or the folder of "
-      "a store's models");
+  command.add_option("--surface", options->surface,
+                     "Surface of the points: plane (unit square), sphere (unit sphere), a mesh file, or the "
+                     "folder of a store's models");
   command
       .add_option("--shapes", options->shapes,
                   "Number of test shapes, 1 to 200000 (default: 1000 boxes, 256 ring seeds, 4096 planar "

@@ -108,7 +108,7 @@ Table measure_spacing(PointSets& sets, MeasuredSurfaces& surfaces, const Measure
   for (std::size_t number = 0; number < sets.size(); ++number) {
     MeasuredSet set = sets.load(number);
     require_uniform(set, options);
-    if (set.count() < 2) throw UsageError(set.name + " is one point, which has no neighbour");
+    if (set.count() < 2) throw UsageError(set.name + " is one point, which has no neighbor");
     const MeasuredSurface& surface = surfaces.of(set);
     std::vector<double> points, reference;
     const std::uint64_t reference_count = std::max<std::uint64_t>(20000, 20 * set.count());
@@ -174,7 +174,7 @@ Table measure_discrepancy(PointSets& sets, MeasuredSurfaces& surfaces, const Mea
 
 // ---- integration -----------------------------------------------------------------------------------------
 
-// Errors over the sets, by integrand and number of points; prefixes of progressive sets count too.
+// Errors over the sets, by integrand and number of points; prefixes of progressive sets are sets too.
 Table measure_integral(PointSets& sets, MeasuredSurfaces& surfaces, const MeasureOptions& options) {
   struct Errors {
     std::string integrand;
@@ -273,10 +273,7 @@ void draw_map(const MeasureOptions& options, std::span<const double> values, std
   json.member("extent", extent);
   json.member("upper", 2.0);
   json.member("format", "png");
-  json.key("values");
-  json.begin_array();
-  for (const double value : values) json.value(value);
-  json.end_array();
+  json.list("values", values);
   json.end_object();
   replace_file(options.picture, draw_plot(json.text()));
 }
@@ -312,7 +309,7 @@ std::vector<double> interleaved(const MeasuredSet& set) {
   return points;
 }
 
-// Of a set on the surface `mesh`, which is the unit square for sets of the plane.
+// The samples of a set on the surface `mesh`, which is the unit square for sets of the plane.
 FieldSamples field_samples(const MeasuredSet& set, const PreparedMesh& mesh, bool plane) {
   FieldSamples samples;
   samples.points = working_points(set, mesh);
@@ -395,7 +392,7 @@ Table measure_differences(PointSets& sets, MeasuredSurfaces& surfaces, const Mea
     const double side = std::sqrt(static_cast<double>(count));  // of the square in units of the mean spacing
     expected = expected_differences(map.parameters, count, side, side);
   }
-  const std::vector<double> ratio = normalised_differences(map, expected);
+  const std::vector<double> ratio = normalized_differences(map, expected);
   draw_map(options, ratio, map.side(), 0.5 * static_cast<double>(map.side()) * map.cell(),
            "difference / spacing");
   return profile_table(radial_differences(map, ratio, 2), "distance / spacing", map.cell());
@@ -404,7 +401,7 @@ Table measure_differences(PointSets& sets, MeasuredSurfaces& surfaces, const Mea
 // ---- distance between meshes -----------------------------------------------------------------------------
 
 Table measure_distance(const MeasureOptions& options) {
-  if (options.inputs.size() != 2) throw UsageError("measure distance compares two meshes");
+  if (options.inputs.size() != 2) throw UsageError("measure distance compares two meshes: give two as INPUT");
   std::array<std::vector<double>, 6> at;  // x, y, z of both, in the file's units
   std::array<PreparedMesh, 2> meshes = {load_mesh(options.inputs[0]), load_mesh(options.inputs[1])};
   std::array<TriangleSpans, 2> spans;

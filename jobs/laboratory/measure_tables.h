@@ -18,14 +18,14 @@ struct MeasureOptions {
   std::uint32_t shapes = 0;  // 0: the measure's own default
   std::uint64_t seed = 1;
   bool seed_given = false;
-  std::uint64_t samples = 0;  // of distance, on each surface; 0: 100,000
+  std::uint64_t samples = 0;  // for `distance`: on each surface; 0: 100,000
   bool json = false;
   StoreCheck check = StoreCheck::every_byte;
 };
 
-// Each reads the sets one after the other and throws UsageError where a set or the surface is not what it
-// measures. Rows are sets, but for `integral` (integrands and numbers of points), `spectrum` and
-// `differences` (rings), which also draw their map to options.picture.
+// Each function reads the sets one after the other and throws UsageError for a set or a surface that it
+// cannot measure. Its rows are sets, except for `integral` (integrands and numbers of points), and `spectrum`
+// and `differences` (rings), which also draw their map to options.picture.
 Table measure_boxes(PointSets& sets, MeasuredSurfaces& surfaces, const MeasureOptions& options);
 Table measure_rings(PointSets& sets, MeasuredSurfaces& surfaces, const MeasureOptions& options);
 Table measure_spacing(PointSets& sets, MeasuredSurfaces& surfaces, const MeasureOptions& options);
@@ -33,7 +33,7 @@ Table measure_discrepancy(PointSets& sets, MeasuredSurfaces& surfaces, const Mea
 Table measure_integral(PointSets& sets, MeasuredSurfaces& surfaces, const MeasureOptions& options);
 Table measure_spectrum(PointSets& sets, MeasuredSurfaces& surfaces, const MeasureOptions& options);
 Table measure_differences(PointSets& sets, MeasuredSurfaces& surfaces, const MeasureOptions& options);
-// Of the two meshes that are the inputs.
+// Measures the distances between the two meshes that are the inputs.
 Table measure_distance(const MeasureOptions& options);
 
 }  // namespace meander

@@ -23,7 +23,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// Uniform sets need no weights.
+// Drops the weights of uniform sets.
 void set_density(std::vector<double> density, MeasuredSet& set) {
   if (std::all_of(density.begin(), density.end(), [](double d) { return d == 1; })) return;
   for (const double d : density)
@@ -34,7 +34,7 @@ void set_density(std::vector<double> density, MeasuredSet& set) {
 }
 
 MeasuredSet set_of_row(const StoreReader& store, const std::string& path, std::uint64_t number) {
-  // Measured as uniform, a set of another density would pass for a bad one.
+  // A set of another density must not be measured as uniform: it would pass for a bad one.
   store.require(SampleColumn::density, "`measure`");
   const Row row = store.read_row(number);
   MeasuredSet set;
@@ -126,10 +126,8 @@ PreparedMesh MeasuredSurfaces::load_item(const std::string& id) {
     }
   const auto found = items_.find(id);
   if (found == items_.end())
-    throw UsageError(
-        fmt::format("--surface: `{}` has no item `{}`: give what the store was made from, or the mesh "
-                    "itself",
-                    argument_, id));
+    throw UsageError(fmt::format(
+        "--surface: `{}` has no item `{}`: give the input of the store, or the mesh itself", argument_, id));
   const PlanItem& item = found->second;
   return about_file(item.path.string(), [&] {
     if (!item.known_format) throw UsageError("`" + item.path.string() + "` is no mesh file");
@@ -156,9 +154,9 @@ void MeasuredSurfaces::load(const MeasuredSet& set) {
 
 namespace {
 
-constexpr double flat_tolerance = 1e-4;  // of points of the square and the sphere, which may be float32
-constexpr double mesh_tolerance = 1e-3;  // of points on a mesh, of its diagonal
-constexpr std::size_t few_of = 100;      // one in so many may be farther
+constexpr double flat_tolerance = 1e-4;  // for the square and the sphere, whose points may be float32
+constexpr double mesh_tolerance = 1e-3;  // for meshes, over their diagonal
+constexpr std::size_t few_of = 100;      // one point in this many may be farther
 
 void check_plane(const MeasuredSet& set) {
   for (std::size_t i = 0; i < set.count(); ++i)
@@ -189,8 +187,7 @@ void check_mesh(const MeasuredSet& set, const MeasuredSurface& surface) {
   if (few_of * far > set.count())
     throw UsageError(
         fmt::format("{} of {} points of {} lie farther from the surface than 0.1 % of its diagonal (the "
-                    "farthest {:.3g} %): "
-                    "is it the surface that they were sampled from?",
+                    "farthest {:.3g} %): is it the surface that they were sampled from?",
                     far, set.count(), set.name,
                     100 * *std::max_element(found.distance.begin(), found.distance.end()) / diagonal));
 }

@@ -1,4 +1,4 @@
-// What `meander measure` judges: point sets of stores and files, and the surfaces they lie on.
+// Point sets of stores and files for `meander measure`, and the surfaces on which they lie.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +17,7 @@
 
 namespace meander {
 
-// n points in file coordinates.
+// A set of n points in the coordinates of the file.
 struct MeasuredSet {
   std::string name;             // the file, or STORE:ITEM
   std::string item;             // id of the row, the file's stem for point files
@@ -31,8 +31,8 @@ struct MeasuredSet {
   std::size_t count() const { return x.size(); }
 };
 
-// The sets that the arguments name, read one at a time: stores (FILE.h5: all ok rows, FILE.h5::ITEM: one) and
-// point files.
+// The sets that the arguments name, read one at a time: of stores (FILE.h5: all ok rows; FILE.h5::ITEM: one)
+// and of point files.
 class PointSets {
  public:
   // Reads the heads of stores, each checked as `check` says. Throws UsageError, RunError.
@@ -51,13 +51,13 @@ class PointSets {
   StoreReader& open_store(const std::string& path);
 
   std::vector<Source> sources_;
-  std::unique_ptr<StoreReader> store_;  // the one opened last
+  std::unique_ptr<StoreReader> store_;  // the store that was opened last
   std::string store_path_;
   StoreCheck check_;
   std::set<std::string> checked_;  // stores are opened again and again, but checked once
 };
 
-// The surface that a set lies on.
+// The surface on which a set lies.
 struct MeasuredSurface {
   enum class Kind { plane, sphere, mesh };
   Kind kind = Kind::mesh;
@@ -71,9 +71,10 @@ struct MeasuredSurface {
 class MeasuredSurfaces {
  public:
   explicit MeasuredSurfaces(std::string argument);
-  // The surface of the set, read when it is another one than before. Throws UsageError when the points do not
-  // lie on it: outside the square or more than 1e-4 from its plane, more than 1e-4 from the sphere (nearer
-  // ones are pulled onto it), or more than one in a hundred farther from the mesh than 1e-3 of its diagonal.
+  // The surface of the set, read unless it is that of the set before. Throws UsageError when the points do
+  // not lie on it: outside the square or more than 1e-4 from its plane; more than 1e-4 from the sphere
+  // (others are projected onto it); more than one in a hundred farther from the mesh than 1e-3 of its
+  // diagonal.
   const MeasuredSurface& of(MeasuredSet& set);
 
  private:
@@ -86,16 +87,16 @@ class MeasuredSurfaces {
   std::unique_ptr<MeasuredSurface> surface_;
 };
 
-// 3 n working coordinates of the mesh.
+// The 3 n coordinates of the points in working units of the mesh.
 std::vector<double> working_points(const MeasuredSet& set, const PreparedMesh& mesh);
 
-// A mesh file, MESH.gz, or ARCHIVE/MEMBER. Throws ItemError with the path in front; UsageError where the name
-// is not that of a mesh.
+// Reads a mesh file, MESH.gz, or ARCHIVE/MEMBER. Throws ItemError that begins with the path; UsageError for a
+// name that is not that of a mesh.
 PolygonMesh read_model_mesh(const std::string& path);
 // The same, prepared.
 PreparedMesh load_mesh(const std::string& path);
 
-// What `read` returns; its ItemError gets the name of the file in front.
+// The result of `read`, whose ItemError gets the name of the file as its beginning.
 template <class Read>
 auto about_file(const std::string& path, const Read& read) {
   try {

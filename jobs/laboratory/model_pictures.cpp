@@ -23,10 +23,10 @@ namespace meander {
 
 namespace {
 
-constexpr SrgbColour plain_colour = {196, 62, 28};
+constexpr SrgbColor plain_color = {196, 62, 28};
 constexpr Rgb quiet_note{120, 120, 120}, warning_note{176, 92, 20};
-// surface_picture, of which draw_splats takes less: nine fine pixels of depth, light, normal, colour and
-// nearest disc.
+// The memory of surface_picture, nine fine pixels of depth, light, normal, color and nearest disc for each
+// pixel; draw_splats takes less.
 constexpr std::uint64_t bytes_per_pixel = 9 * 28, bytes_per_triangle = 500, bytes_per_drawn_sample = 250;
 
 std::size_t drawn_count(const Row& row, const ModelLook& look) {
@@ -34,36 +34,36 @@ std::size_t drawn_count(const Row& row, const ModelLook& look) {
   return look.points == 0 ? count : std::min<std::size_t>(count, look.points);
 }
 
-SrgbColour normal_colour(const float* normal) {
-  SrgbColour colour;
+SrgbColor normal_color(const float* normal) {
+  SrgbColor color;
   for (std::size_t k = 0; k < 3; ++k)
-    colour[k] = static_cast<std::uint8_t>(std::lround(127.5 * (1 + std::clamp(normal[k], -1.0f, 1.0f))));
-  return colour;
+    color[k] = static_cast<std::uint8_t>(std::lround(127.5 * (1 + std::clamp(normal[k], -1.0f, 1.0f))));
+  return color;
 }
 
-std::vector<SrgbColour> colours_of(const Row& row, const DensityRange& range, const ModelLook& look) {
+std::vector<SrgbColor> colors_of(const Row& row, const DensityRange& range, const ModelLook& look) {
   const Samples& samples = row.samples;
   const std::size_t count = drawn_count(row, look);
-  if (look.colour == SampleColour::plain)
-    return {look.style == SampleStyle::splats ? splat_colour : plain_colour};
-  if (look.colour == SampleColour::label)
-    return {row.label < 0 ? SrgbColour{110, 110, 110}
-                          : srgb(palette_colour(static_cast<std::size_t>(row.label)))};
-  std::vector<SrgbColour> colours(count);
+  if (look.color == SampleColor::plain)
+    return {look.style == SampleStyle::splats ? splat_color : plain_color};
+  if (look.color == SampleColor::label)
+    return {row.label < 0 ? SrgbColor{110, 110, 110}
+                          : srgb(palette_color(static_cast<std::size_t>(row.label)))};
+  std::vector<SrgbColor> colors(count);
   for (std::size_t i = 0; i < count; ++i) {
-    if (look.colour == SampleColour::normal) {
-      colours[i] = normal_colour(&samples.normals[3 * i]);
+    if (look.color == SampleColor::normal) {
+      colors[i] = normal_color(&samples.normals[3 * i]);
       continue;
     }
-    const double t = look.colour == SampleColour::rank
+    const double t = look.color == SampleColor::rank
                          ? samples.curve_rank[i] / std::max(1.0, static_cast<double>(samples.count()) - 1)
                          : (samples.density[i] - range.least) / std::max(range.largest - range.least, 1e-300);
-    colours[i] = srgb(map_colour(t));
+    colors[i] = srgb(map_color(t));
   }
-  return colours;
+  return colors;
 }
 
-// Discs shrink where the samples are denser.
+// Discs are smaller where the samples are denser.
 std::vector<double> radii_of(const Row& row, double area, const ModelLook& look) {
   const std::size_t count = drawn_count(row, look);
   const double mean_density = row.report.area > 0 ? row.report.measure / row.report.area : 1;
@@ -84,8 +84,8 @@ SurfacePictureParameters surface_look(const ModelLook& look) {
   return parameters;
 }
 
-// Of the surface, but no more than its box has, which no convex surface in it exceeds: where sheets lie upon
-// sheets, discs that count all of them would cover what is seen.
+// The area of the surface, limited to that of its box, which no convex surface in the box exceeds: if sheets
+// lie upon sheets, discs for the area of all of them would cover the visible ones.
 double visible_area(std::span<const double> positions, double area) {
   ViewBox box;
   for (std::size_t k = 0; k + 2 < positions.size(); k += 3)
@@ -95,7 +95,7 @@ double visible_area(std::span<const double> positions, double area) {
   return std::min(area, 2 * (x * y + y * z + z * x));
 }
 
-// In working coordinates: those of the file may be beyond what a picture can be computed in.
+// The surface in working coordinates, since those of the file may be too large to compute a picture with.
 RgbImage draw_surface(const PolygonMesh& file, const Row& row, const DensityRange& range,
                       const ModelLook& look) {
   const PreparedMesh mesh = prepare_mesh(file);
@@ -108,10 +108,10 @@ RgbImage draw_surface(const PolygonMesh& file, const Row& row, const DensityRang
   const std::size_t values = look.samples ? 3 * drawn_count(row, look) : 0;
   const std::vector<double> points =
       working_points(row.report, std::span(row.samples.points).first(values), mesh);
-  const std::vector<SrgbColour> colours = colours_of(row, range, look);
+  const std::vector<SrgbColor> colors = colors_of(row, range, look);
   const std::vector<double> radii = radii_of(row, visible_area(positions, mesh.total_area), look);
   return sampled_surface_picture(
-      {positions, mesh.triangles, points, std::span(row.samples.normals).first(values), colours, radii},
+      {positions, mesh.triangles, points, std::span(row.samples.normals).first(values), colors, radii},
       surface_look(look));
 }
 
@@ -122,29 +122,29 @@ RgbImage draw_points(const Row& row, const DensityRange& range, const ModelLook&
   parameters.up = look.up;
   const std::size_t values = 3 * drawn_count(row, look);
   const double area = row.report.area / (row.report.scale * row.report.scale);
-  const std::vector<SrgbColour> colours = colours_of(row, range, look);
+  const std::vector<SrgbColor> colors = colors_of(row, range, look);
   return splat_picture(std::span(row.samples.points).first(values),
-                       std::span(row.samples.normals).first(values), area, parameters, colours);
+                       std::span(row.samples.normals).first(values), area, parameters, colors);
 }
 
-// The samples alone; with their mesh (null: none), what they leave white.
+// Draws the samples alone and, with their mesh (or null), measures the white space between them.
 RgbImage draw_sample_splats(const PolygonMesh* file, const Row& row, const DensityRange& range,
                             const ModelLook& look, std::string& note) {
   const std::size_t count = drawn_count(row, look);
   const auto points = std::span(row.samples.points).first(3 * count);
   SplatView view = fitted_view(points, look.view, look.up, look.size, look.size);
   std::vector<float> half_axes = splat_half_axes(row, sample_areas(row, count), look.splats);
-  // Splats reach beyond their middles: large ones get a wider margin.
+  // Large splats get a wider margin, since they reach beyond their centers.
   double reach = 0;
   for (const float axis : half_axes) reach += double{axis} / static_cast<double>(half_axes.size());
   if (look.style == SampleStyle::splats)
     view = fitted_view(points, look.view, look.up, look.size, look.size,
                        0.05 + std::min(0.15, reach * view.scale / look.size));
-  const std::vector<SrgbColour> colours = colours_of(row, range, look);
-  const OrientedSplats splats = splats_of(row, half_axes, colours, view);
+  const std::vector<SrgbColor> colors = colors_of(row, range, look);
+  const OrientedSplats splats = splats_of(row, half_axes, colors, view);
   SplatLook drawn;
   drawn.backs = look.both_sides || !is_closed(row);
-  // Points have the size that those of a sheet have.
+  // Points have the size of those on a sheet.
   if (look.style == SampleStyle::points)
     drawn.shown = std::min(1.0, look.disc * std::sqrt(std::numbers::pi / look.splats.cover));
   if (file != nullptr && look.style == SampleStyle::splats)
@@ -153,7 +153,7 @@ RgbImage draw_sample_splats(const PolygonMesh* file, const Row& row, const Densi
   return draw_splats(splats, view, drawn).image;
 }
 
-// The mesh of a row, or why there is none.
+// The mesh of a row, or the reason why there is none.
 std::string read_surface(const PicturedModel& model, const Row& row, PolygonMesh& mesh) {
   if (!model.lacking.empty()) return model.lacking;
   if (!model.file) return "no mesh in the INPUT";
@@ -187,14 +187,14 @@ void draw_cell(const PicturedModel& model, const Row& row, const DensityRange& r
   }
   if (lacking.empty() || !look.surfaces) return;
   cell.note = fmt::format("{}: {}", alone ? "white space unknown" : "points only", lacking);
-  cell.note_colour = warning_note;
+  cell.note_color = warning_note;
 }
 
 }  // namespace
 
 DensityRange density_range(const StoreReader& store, std::span<const PicturedModel> models,
                            const ModelLook& look) {
-  if (look.colour != SampleColour::density) return {};
+  if (look.color != SampleColor::density) return {};
   DensityRange range{std::numeric_limits<double>::infinity(), 0};
   for (const PicturedModel& model : models) {
     const Row row = store.read_row(model.row);
@@ -215,7 +215,7 @@ std::uint64_t picture_bytes(const StoreReader& store, const PicturedModel& model
   try {
     const MeshEstimate mesh = peek_model(*model.file);
     bytes += mesh.file_bytes + mesh.decoding_bytes + mesh.triangles * bytes_per_triangle;
-  } catch (const ItemError&) {  // read_surface says so
+  } catch (const ItemError&) {  // read_surface reports it
   }
   return bytes;
 }
@@ -231,9 +231,9 @@ std::vector<SheetCell> model_cells(const StoreReader& store, std::span<const Pic
     }
     rows.push_back(store.read_row(models[i].row));
     cells[i].title = store.id(models[i].row);
-    cells[i].note_colour = quiet_note;
-    if (look.colour == SampleColour::label && rows[i].label >= 0)
-      cells[i].note_colour = palette_colour(static_cast<std::size_t>(rows[i].label));
+    cells[i].note_color = quiet_note;
+    if (look.color == SampleColor::label && rows[i].label >= 0)
+      cells[i].note_color = palette_color(static_cast<std::size_t>(rows[i].label));
     if (rows[i].label >= 0) cells[i].note = store.label_names()[static_cast<std::size_t>(rows[i].label)];
   }
   parallel_tasks(models.size(), [&](std::size_t i) { draw_cell(models[i], rows[i], range, look, cells[i]); });
@@ -278,19 +278,19 @@ void look_along(const std::string& up, ModelLook& look) {
 }
 
 std::optional<SheetLegend> legend_of(const DensityRange& range, const ModelLook& look) {
-  switch (look.colour) {
-    case SampleColour::plain:
+  switch (look.color) {
+    case SampleColor::plain:
       return {};
-    case SampleColour::density:
+    case SampleColor::density:
       if (range.largest <= 1.0005 * range.least)
         return SheetLegend{fmt::format("density {:.3g} everywhere", range.least), false, "", ""};
       return SheetLegend{"density", true, fmt::format("{:.3g}", range.least),
                          fmt::format("{:.3g}", range.largest)};
-    case SampleColour::rank:
+    case SampleColor::rank:
       return SheetLegend{"position along the curve", true, "first", "last"};
-    case SampleColour::normal:
+    case SampleColor::normal:
       return SheetLegend{"colour: the unit normal, red x, green y, blue z", false, "", ""};
-    case SampleColour::label:
+    case SampleColor::label:
       return SheetLegend{"colour: the class, named below each model", false, "", ""};
   }
   return {};

@@ -1,4 +1,4 @@
-// Pictures of the rows of a store: the surface where its mesh is there, with the samples on it; or the
+// Pictures of the rows of a store: the surface with the samples on it if its mesh is available; or the
 // samples alone, as splats or points.
 #pragma once
 
@@ -17,62 +17,61 @@
 
 namespace meander {
 
-enum class SampleColour : std::uint8_t { plain, density, rank, normal, label };
-inline constexpr std::string_view sample_colour_names[] = {"plain", "density", "rank", "normal", "label"};
+enum class SampleColor : std::uint8_t { plain, density, rank, normal, label };
+inline constexpr std::string_view sample_color_names[] = {"plain", "density", "rank", "normal", "label"};
 
 enum class SampleStyle : std::uint8_t {
   surface,  // discs on the mesh
-  splats,   // splats that cover the surface; the mesh tells what they leave white
-  points    // the middle of each splat, the rest of it hides what is behind
+  splats,   // splats that cover the surface; the white space is measured with the mesh
+  points    // the middle of each splat, whose rest hides the samples behind it
 };
 
 struct ModelLook {
   SampleStyle style = SampleStyle::surface;
-  bool both_sides = false;   // of the same: also splats of closed meshes that face away
+  bool both_sides = false;   // of the same: splats of closed meshes that face away are drawn too
   SplatSizes splats;         // of the styles splats and points
   std::uint32_t size = 360;  // pixels, width and height; 32..4096
-  std::uint32_t points = 0;  // the first so many samples of every model; 0: all
-  bool surfaces = true;      // meshes were asked for: the note names those that are missing
-  bool samples = true;       // drawn on the surface; where there is none they always are
-  SampleColour colour = SampleColour::plain;
+  std::uint32_t points = 0;  // how many of the first samples of every model are drawn; 0: all
+  bool surfaces = true;      // the command names meshes: the note names missing ones
+  bool samples = true;       // samples are drawn on the surface; without a surface they always are
+  SampleColor color = SampleColor::plain;
   double disc = 0.26;  // radius of a sample's disc, parts of sqrt(area / (samples drawn x density)); 0.05..1
   Vector3 view = {0.55, 0.42, 1};  // from the model towards the eye
   Vector3 up = {0, 1, 0};
 };
 
-// One row and the file that may hold its mesh.
+// A row and the file that may hold its mesh.
 struct PicturedModel {
   std::uint64_t row = 0;
   std::optional<PlanItem> file;
-  std::string lacking{};  // why no file is used; the line below the name
+  std::string lacking{};  // the reason why no file is used, shown below the name
   bool in_store = true;   // false: the file alone, without samples
 };
 
-// The least and the largest density of the rows that are ok: what `SampleColour::density` is relative to.
+// The minimum and the maximum density of the ok rows, the range of SampleColor::density.
 struct DensityRange {
   double least = 1, largest = 1;
 };
 DensityRange density_range(const StoreReader& store, std::span<const PicturedModel> models,
                            const ModelLook& look);
 
-// Upper bound of the memory that the picture of one model takes, in bytes.
+// An upper bound of the memory for the picture of one model, in bytes.
 std::uint64_t picture_bytes(const StoreReader& store, const PicturedModel& model, const ModelLook& look);
 
-// Whole cells. The mesh is used when the SHA-256 of its file is that of the row; without one the samples are
-// drawn alone, and the note says why. A row that is not ok has its status and reason instead of a picture.
-// Reads the store from one thread, then reads and draws the meshes in parallel. Throws RunError.
+// Draws complete cells. The mesh is used if the SHA-256 of its file is that of the row; else the samples are
+// drawn alone, and the note says why. A row that is not ok shows its status and reason instead. Reads the
+// store in one thread, then reads and draws the meshes in parallel. Throws RunError.
 std::vector<SheetCell> model_cells(const StoreReader& store, std::span<const PicturedModel> models,
                                    const DensityRange& range, const ModelLook& look);
 
-// The same for any number of models, as many at once as `threads` and `memory` bytes allow: of a model that
-// is too large for it the points alone. sheet_bytes: the finished pictures and the sheet that they are put
-// on.
+// The same for any number of models, as many at once as `threads` and `memory` bytes allow; a model that is
+// too large is drawn by its points alone. sheet_bytes: the finished pictures and their sheet.
 std::vector<SheetCell> model_cells(const StoreReader& store, std::vector<PicturedModel> models,
                                    const DensityRange& range, const ModelLook& look, std::uint64_t memory,
                                    std::size_t threads);
 std::uint64_t sheet_bytes(const SheetLook& sheet, std::size_t models);
 
-// Towards the eye from the front, the right and above, whatever axis ("x", "y", "z") points up.
+// The direction towards an eye in front, to the right and above, for the axis ("x", "y", "z") that points up.
 void look_along(const std::string& up, ModelLook& look);
 
 std::optional<SheetLegend> legend_of(const DensityRange& range, const ModelLook& look);

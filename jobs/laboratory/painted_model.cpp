@@ -31,7 +31,7 @@ void keep_surface(PaintedModel& painted, const PreparedMesh& surface) {
   painted.faces = surface.triangles;
 }
 
-// Hexagons in the tangent planes, large enough to leave no gaps where the samples are even.
+// Hexagons in the tangent planes, large enough to leave no gaps between even samples.
 void keep_discs(PaintedModel& painted, const Row& row) {
   const std::vector<float>&points = row.samples.points, &normals = row.samples.normals;
   const std::size_t count = row.samples.count();
@@ -55,7 +55,7 @@ void keep_discs(PaintedModel& painted, const Row& row) {
   }
 }
 
-// The mesh of a row, or why there is none.
+// The mesh of a row, or the reason why there is none.
 std::string read_mesh_of_row(const Row& row, const std::optional<PlanItem>& file, PolygonMesh& mesh) {
   if (!file) return "no mesh in the INPUT";
   try {
@@ -73,7 +73,7 @@ std::string read_mesh_of_row(const Row& row, const std::optional<PlanItem>& file
 SampleParameters painted_samples(std::uint32_t count, std::uint64_t seed) {
   SampleParameters parameters = parameters_for("anisotropic");
   parameters.samples = count;
-  // Directions that vary less than those of the surface: neighbouring strokes go together.
+  // Directions vary less than those of the surface, so that neighboring strokes agree.
   parameters.tensor.smoothing = 16;
   parameters.seed = seed;
   return parameters;

@@ -2,14 +2,12 @@
 
 #include "jobs/cli/usage_error.h"
 
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <stdexcept>
-
 
 namespace meander {
 
@@ -39,7 +37,7 @@ Vector3 axis_of(const std::string& name) {
 }
 
 Vector3 view_of(const std::string& text, const std::string& up) {
-  // Turned with the axis, so that the default view is from the front, the right and above for each.
+  // The default view turns with the axis, so that the eye is in front, to the right and above for each.
   Vector3 view = up == "y"   ? Vector3{0.55, 0.42, 1}
                  : up == "z" ? Vector3{0.55, -1, 0.42}
                              : Vector3{0.42, 0.55, 1};
@@ -47,6 +45,22 @@ Vector3 view_of(const std::string& text, const std::string& up) {
   if (!(norm(cross(view, axis_of(up))) > 1e-6 * norm(view)))
     throw UsageError("--view must not lie along the axis of --up, nor be 0,0,0");
   return view;
+}
+
+void add_view_options(Command& command, std::string& up, std::string& view) {
+  command.add_option("--up", up, "The axis of the models that points up")
+      .show_default()
+      .one_of({"x", "y", "z"});
+  command.add_option(
+      "--view", view,
+      "Direction from the model towards the eye, X,Y,Z (default: in front, to the right and above)");
+}
+
+void add_drawing_options(Command& command, std::string& memory, int& threads) {
+  command.add_option("--memory", memory, "Limit of the memory for models and pictures").show_default();
+  command.add_option("-j,--threads", threads, "Threads, up to 1024 (0: all available)")
+      .show_default()
+      .range(0, 1024);
 }
 
 }  // namespace meander

@@ -1,4 +1,4 @@
-// The laboratory as the program knows it.
+// The interface of the laboratory to the program.
 #include "jobs/laboratory/commands.h"
 #include "jobs/laboratory/retrieval_pictures.h"
 #include "jobs/rows/laboratory.h"

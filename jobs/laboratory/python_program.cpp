@@ -1,16 +1,18 @@
 #include "jobs/laboratory/python_program.h"
 
 #include <fmt/format.h>
+#include <sys/mman.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <cerrno>
 #include <cstdlib>
 #include <filesystem>
+#include <span>
 #include <stdexcept>
 #include <system_error>
 
-#include "io/file/memory_file.h"
+#include "io/file/file_descriptor.h"
 #include "jobs/cli/usage_error.h"
 #include "meander_python_place.h"
 
@@ -20,7 +22,30 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// What plots.py ends with where matplotlib is missing.
+// A file in memory. A child process reads from it or writes to it instead of a pipe, which could fill up. It
+// is closed at the end of the object, and in every child but for the descriptors that dup2 made of it. Throws
+// std::system_error.
+class MemoryFile {
+ public:
+  explicit MemoryFile(std::string_view content) : file_(memfd_create("meander", MFD_CLOEXEC)) {
+    check(file_ ? try_write(file_, std::as_bytes(std::span(content)), 0).error : errno);
+  }
+  int descriptor() const { return file_.get(); }
+  // All that was written to it, by any process.
+  std::string content() const {
+    std::string text(file_size(file_, "a file in memory"), '\0');
+    check(try_read(file_, std::as_writable_bytes(std::span(text)), 0).error);
+    return text;
+  }
+
+ private:
+  static void check(int error) {
+    if (error != 0) throw std::system_error(error, std::generic_category(), "a file in memory");
+  }
+  FileDescriptor file_;
+};
+
+// The exit code of plots.py if matplotlib is missing.
 constexpr int matplotlib_missing = 3;
 
 fs::path own_program() {
@@ -33,8 +58,7 @@ fs::path package_folder() {
   const fs::path beside = own_program().parent_path();
   for (const fs::path& folder : {beside / python_place_installed, beside / python_place_built})
     if (fs::exists(folder / "meander" / "figures" / "plots.py")) return folder.lexically_normal();
-  throw UsageError(
-      "the Python package of Meander is not beside the program: plots and figures are drawn by it");
+  throw UsageError("plots and figures need the Python package of Meander, which is not beside the program");
 }
 
 // The interpreter that the package was built for, or the first on PATH.
@@ -62,8 +86,8 @@ void become_figures_program(const std::vector<std::string>& arguments) {
   setenv("MEANDER_COMMAND", "meander figures", 1);
   execvp(words.front().c_str(), pointers_to(words).data());
   throw UsageError(
-      fmt::format("figures are made by Python 3, and `{}` cannot be run ({}): install python3, "
-                  "python3-numpy and python3-matplotlib",
+      fmt::format("figures need Python 3, but `{}` cannot be run ({}): install python3, python3-numpy and "
+                  "python3-matplotlib",
                   words.front(), std::generic_category().message(errno)));
 }
 
@@ -87,8 +111,8 @@ std::string draw_plot(std::string_view json) {
   if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return output.content();
   if (WIFEXITED(status) && WEXITSTATUS(status) == matplotlib_missing)
     throw UsageError(
-        fmt::format("plots are drawn by Python 3 with matplotlib, and `{}` has none: install "
-                    "python3-matplotlib, or leave the picture out",
+        fmt::format("plots need matplotlib, which `{}` does not have: install python3-matplotlib, or leave "
+                    "the picture out",
                     words.front()));
   throw std::runtime_error("the plot could not be drawn: " + errors.content());
 }

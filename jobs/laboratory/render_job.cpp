@@ -1,4 +1,4 @@
-// meander render: pictures of sampled models.
+// meander render draws pictures of sampled models.
 #include <fmt/format.h>
 #include <oneapi/tbb/global_control.h>
 #include <oneapi/tbb/info.h>
@@ -29,10 +29,10 @@ namespace meander {
 
 namespace {
 
-constexpr int most_models = 400;
+constexpr int max_models = 400;
 
 struct RenderOptions {
-  std::string store, output, colour = "plain", up = "y", view, memory = "4G";
+  std::string store, output, color = "plain", up = "y", view, memory = "4G";
   std::vector<std::string> inputs, items;
   std::uint32_t models = 24;
   int threads = 0;
@@ -44,9 +44,8 @@ struct RenderOptions {
 
 ModelLook look_of(const RenderOptions& options) {
   ModelLook look = options.look;
-  const auto named =
-      std::find(std::begin(sample_colour_names), std::end(sample_colour_names), options.colour);
-  look.colour = static_cast<SampleColour>(named - std::begin(sample_colour_names));
+  const auto named = std::find(std::begin(sample_color_names), std::end(sample_color_names), options.color);
+  look.color = static_cast<SampleColor>(named - std::begin(sample_color_names));
   look.size = options.sheet.cell;
   look.surfaces = !options.inputs.empty();
   look.up = axis_of(options.up);
@@ -54,7 +53,7 @@ ModelLook look_of(const RenderOptions& options) {
   return look;
 }
 
-// Evenly spread over the rows: the first and the last of a sorted collection are seldom typical.
+// Spreads the models evenly over the rows: the first ones of a sorted collection are seldom typical.
 std::vector<PicturedModel> chosen_models(const StoreReader& store, const RenderOptions& options) {
   std::vector<PicturedModel> models;
   for (const std::string& item : options.items) models.push_back({find_item(store, item), {}});
@@ -78,7 +77,7 @@ void find_meshes(const StoreReader& store, const RenderOptions& options, std::ve
   }
 }
 
-// What is left of --memory beside the sheet.
+// The part of --memory that the sheet leaves.
 std::uint64_t memory_for_pictures(const RenderOptions& options, const StoreReader& store,
                                   const ModelLook& look, std::size_t models) {
   const std::uint64_t memory = parse_bytes(options.memory), sheet = sheet_bytes(options.sheet, models),
@@ -96,20 +95,20 @@ const std::string& words_of(const SheetCell& cell) { return cell.failure.empty()
 int render_sheet(const RenderOptions& options) {
   const ModelLook look = look_of(options);
   if (options.inputs.empty() && (!options.collect.root.empty() || options.collect.null_lists))
-    throw UsageError("--root and --null apply to lists of the INPUT: name it as well");
+    throw UsageError("--root and --null apply to lists in INPUT: give INPUT as well");
   const StoreReader store(options.store, options.check);
   store.require(SampleColumn::normals, "`render`");
   store.require(SampleColumn::density, "`render`");
-  if (look.colour == SampleColour::rank) store.require(SampleColumn::curve_rank, "`render --colour rank`");
+  if (look.color == SampleColor::rank) store.require(SampleColumn::curve_rank, "`render --color rank`");
   OutputGuard guard;
   guard.protect(options.store, "the store itself");
   if (std::filesystem::path(options.output).extension() != ".png")
     throw UsageError(fmt::format("-o: `{}` should end in .png, the format of sheets", options.output));
   std::vector<PicturedModel> models = chosen_models(store, options);
   if (models.empty()) throw UsageError(fmt::format("`{}` has no rows", options.store));
-  if (models.size() > std::size_t{most_models})
-    throw UsageError(fmt::format("--item: {} models are too many for a sheet, which holds {}", models.size(),
-                                 most_models));
+  if (models.size() > std::size_t{max_models})
+    throw UsageError(
+        fmt::format("--item: {} models are too many for a sheet, which holds {}", models.size(), max_models));
   const std::uint64_t memory = memory_for_pictures(options, store, look, models.size());
   find_meshes(store, options, models, guard);
   guard.check(options.output, {FileKind::png}, "-o");
@@ -141,14 +140,14 @@ struct StyleWords {
   SampleStyle style;
   const char* name;
   const char* help;
-  const char* input;  // what INPUT is for
+  const char* input;  // the help of INPUT
 };
 constexpr StyleWords styles[] = {
-    {SampleStyle::surface, "sheet", "A PNG sheet of sampled models, their samples on the surfaces",
-     "Where its meshes are, as given to its run (default: samples are drawn without surfaces)"},
-    {SampleStyle::splats, "splats", "Sampled models drawn by their samples alone, as splats (PNG)",
-     "Where its meshes are, as given to its run: to measure the white space between the splats"},
-    {SampleStyle::points, "points", "Sampled models drawn by their samples alone, as points (PNG)", nullptr}};
+    {SampleStyle::surface, "sheet", "Draw a PNG sheet of sampled models, their samples on the surfaces",
+     "Inputs of its run, for the meshes (default: samples are drawn without surfaces)"},
+    {SampleStyle::splats, "splats", "Draw sampled models by their samples alone, as splats (PNG)",
+     "Inputs of its run, to measure the white space between the splats on its meshes"},
+    {SampleStyle::points, "points", "Draw sampled models by their samples alone, as points (PNG)", nullptr}};
 
 JobFunction add_pictures(Command& render, const StyleWords& words) {
   Command command = render.add_subcommand(words.name, words.help);
@@ -167,7 +166,7 @@ JobFunction add_pictures(Command& render, const StyleWords& words) {
   command
       .add_option("--models", options->models, "Models on the sheet, evenly spread over the rows, 1 to 400")
       .show_default()
-      .range(1, most_models)
+      .range(1, max_models)
       .excludes(items);
   command.add_option("--size", options->sheet.cell, "Pixels of a model's picture, 64 to 2048")
       .show_default()
@@ -175,11 +174,12 @@ JobFunction add_pictures(Command& render, const StyleWords& words) {
   command
       .add_option("--columns", options->sheet.columns, "Pictures in a row (default: a sheet of about 4 : 3)")
       .range(1, 400);
-  command.add_option("--points", options->look.points, "Draw only the first so many samples of each model")
+  command
+      .add_option("--points", options->look.points, "Number of samples of each model to draw, the first ones")
       .range(1, 100000000);
-  command.add_option("--colour,--color", options->colour, "What the colour of a sample says")
+  command.add_option("--color,--colour", options->color, "Meaning of the color of a sample")
       .show_default()
-      .one_of({std::begin(sample_colour_names), std::end(sample_colour_names)});
+      .one_of({std::begin(sample_color_names), std::end(sample_color_names)});
   if (!surfaces) {
     SplatSizes& sizes = options->look.splats;
     if (words.style == SampleStyle::splats)
@@ -189,20 +189,11 @@ JobFunction add_pictures(Command& render, const StyleWords& words) {
           .show_default()
           .range(0.05, 16.0);
     command.add_flag("--both-sides", options->look.both_sides,
-                     "Draw the inside of closed surfaces too, which is seen through gaps");
-    command.add_flag("--round", sizes.round, "Discs, also of anisotropic samples");
+                     "Also draw the inside of closed surfaces, which shows through gaps");
+    command.add_flag("--round", sizes.round, "Draw anisotropic samples as discs, too");
   }
-  command.add_option("--up", options->up, "The axis of the models that points up")
-      .show_default()
-      .one_of({"x", "y", "z"});
-  command.add_option(
-      "--view", options->view,
-      "Direction from the model towards the eye, X,Y,Z (default: from the front, right and above)");
-  command.add_option("--memory", options->memory, "Limit of the memory for pictures and meshes")
-      .show_default();
-  command.add_option("-j,--threads", options->threads, "Threads, up to 1024 (0: all available)")
-      .show_default()
-      .range(0, 1024);
+  add_view_options(command, options->up, options->view);
+  add_drawing_options(command, options->memory, options->threads);
   if (words.input != nullptr) add_list_options(command, options->collect);
   add_trust_option(command, options->check);
   return [options] { return render_sheet(*options); };
@@ -211,7 +202,7 @@ JobFunction add_pictures(Command& render, const StyleWords& words) {
 }  // namespace
 
 JobFunction add_render_job(Command& program) {
-  Command command = program.add_subcommand("render", "Pictures of sampled models");
+  Command command = program.add_subcommand("render", "Draw pictures of sampled models");
   command.require_subcommand();
   std::vector<std::pair<std::string, JobFunction>> jobs;
   for (const StyleWords& words : styles) jobs.emplace_back(words.name, add_pictures(command, words));

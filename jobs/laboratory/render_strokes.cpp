@@ -31,7 +31,7 @@ namespace meander {
 
 namespace {
 
-constexpr std::size_t most_pictures = 400;
+constexpr std::size_t max_pictures = 400;
 constexpr std::uint32_t sampled_strokes = 20000;
 
 struct StrokesOptions {
@@ -92,7 +92,7 @@ std::vector<StrokeMedium> media_of(const StrokesOptions& options) {
   return media;
 }
 
-// The models of the arguments: files, or rows of a store with their files where they are.
+// The models of the arguments: files, or rows of a store with their files if available.
 class Subjects {
  public:
   Subjects(const StrokesOptions& options, OutputGuard& guard) {
@@ -101,8 +101,7 @@ class Subjects {
       return;
     }
     if (!options.items.empty())
-      throw UsageError(
-          fmt::format("--item: `{}` is no store; models of a store have items", options.inputs.front()));
+      throw UsageError(fmt::format("--item: `{}` is not a store: leave --item out", options.inputs.front()));
     Inputs inputs = collect_inputs(options.inputs, options.collect);
     print_unread(inputs.notes);
     guard.protect(input_files(options.inputs, inputs.items));
@@ -133,15 +132,15 @@ class Subjects {
     guard.protect(path, "the store itself");
     store_ = std::make_unique<StoreReader>(path, options.check);
     if (!store_->columns().tensors)
-      throw UsageError(fmt::format(
-          "`{}` has no directions for strokes: make it with `meander run --method anisotropic`, or give the "
-          "meshes instead of it",
-          path));
+      throw UsageError(
+          fmt::format("`{}` has no directions for strokes: make it with `meander run --method anisotropic`, "
+                      "or give the meshes instead of it",
+                      path));
     store_->require(SampleColumn::tensor, "`render strokes`");
     store_->require(SampleColumn::normals, "`render strokes`");
     for (const std::string& item : options.items) rows_.push_back(find_item(*store_, item));
     if (options.items.empty())
-      for (std::uint64_t row = 0; row < std::min<std::uint64_t>(store_->rows(), most_pictures + 1); ++row)
+      for (std::uint64_t row = 0; row < std::min<std::uint64_t>(store_->rows(), max_pictures + 1); ++row)
         rows_.push_back(row);
     if (rows_.empty()) throw UsageError(fmt::format("`{}` has no rows", path));
     for (const std::uint64_t row : rows_) names_.push_back(store_->id(row));
@@ -166,7 +165,7 @@ class Subjects {
   bool folders_unread_ = false;
 };
 
-// One model after the other, each in all media: the loops inside are parallel.
+// Paints one model after the other in all media; the loops inside are parallel.
 class Paintings {
  public:
   Paintings(const StrokesOptions& options, const Subjects& subjects, std::uint64_t memory)
@@ -253,7 +252,7 @@ class Paintings {
   std::size_t failed_ = 0, lacking_ = 0;
 };
 
-// What --memory leaves beside the finished pictures and their sheet.
+// The part of --memory that the finished pictures and their sheet leave.
 std::uint64_t memory_beside_pictures(const StrokesOptions& options, const StrokePictureParameters& look,
                                      std::size_t pictures) {
   const std::uint64_t memory = parse_bytes(options.memory),
@@ -285,13 +284,13 @@ int render_strokes(const StrokesOptions& options) {
   OutputGuard guard;
   const Subjects subjects(options, guard);
   const std::size_t pictures = subjects.count() * media_of(options).size();
-  if (pictures > most_pictures)
+  if (pictures > max_pictures)
     throw UsageError(fmt::format("{} pictures are too many for a sheet, which holds {}: name fewer models{}",
-                                 pictures, most_pictures, subjects.stored() ? " with --item" : ""));
+                                 pictures, max_pictures, subjects.stored() ? " with --item" : ""));
   if (pictures > 1 && (look.width != look.height || look.width > 2048))
     throw UsageError("--size: several pictures are put on a sheet, and need a square of at most 2048 pixels");
   if (pictures == 1 && options.columns > 0)
-    throw UsageError("--columns is for several pictures, and this is one");
+    throw UsageError("--columns applies to several pictures: leave it out for one");
   const std::uint64_t memory = memory_beside_pictures(options, look, pictures);
   guard.check(options.output, {FileKind::png}, "-o");
   const int threads = options.threads > 0 ? options.threads : oneapi::tbb::info::default_concurrency();
@@ -317,14 +316,15 @@ void add_look_options(Command& command, StrokesOptions& options) {
   std::vector<std::string> media(stroke_medium_names.begin(), stroke_medium_names.end());
   media.emplace_back("all");
   command
-      .add_option("--medium", options.media, "What is painted with, several separated by commas for a sheet")
+      .add_option("--medium", options.media,
+                  "Medium to paint with; several, separated by commas, for a sheet")
       .show_default("oil")
       .separator(',')
       .one_of(media);
   command.add_option("--tones", options.tones, "Ink and pencil: one tone, or three (multi)")
       .show_default()
       .one_of({"one", "multi"});
-  command.add_option("--palette", options.palette, "Colours (default: those of the medium)")
+  command.add_option("--palette", options.palette, "Colors (default: those of the medium)")
       .one_of({stroke_palette_names.begin(), stroke_palette_names.end()});
   command
       .add_option("--strokes", options.strokes,
@@ -333,14 +333,9 @@ void add_look_options(Command& command, StrokesOptions& options) {
   command.add_option("--size", options.size, "Pixels: SIDE or WIDTHxHEIGHT, 64 to 8192 each").show_default();
   command
       .add_option("--columns", options.columns,
-                  "Several pictures: so many in a row (default: a sheet of about 4 : 3)")
-      .range(1, static_cast<int>(most_pictures));
-  command.add_option("--up", options.up, "The axis of the models that points up")
-      .show_default()
-      .one_of({"x", "y", "z"});
-  command.add_option(
-      "--view", options.view,
-      "Direction from the model towards the eye, X,Y,Z (default: from the front, right and above)");
+                  "Pictures in a row, for several (default: a sheet of about 4 : 3)")
+      .range(1, static_cast<int>(max_pictures));
+  add_view_options(command, options.up, options.view);
   command.add_option(
       "--light", options.light,
       "Direction towards the light, as the eye sees it: RIGHT,UP,NEAR (default: -0.6,0.62,0.5)");
@@ -357,21 +352,17 @@ void add_look_options(Command& command, StrokesOptions& options) {
 }  // namespace
 
 JobFunction add_strokes(Command& render) {
-  Command command = render.add_subcommand("strokes", "PNG pictures of models painted in brush strokes");
+  Command command = render.add_subcommand("strokes", "Paint models in brush strokes (PNG)");
   auto options = std::make_shared<StrokesOptions>();
   command
       .add_option("INPUT", options->inputs,
-                  "Meshes, which are sampled first; or a store of `run --method anisotropic`, and behind it "
-                  "where its meshes are (default: strokes without surfaces)")
+                  "Meshes, which are sampled first; or a store of `run --method anisotropic`, followed by "
+                  "the inputs of its run for the meshes (default: strokes without surfaces)")
       .required();
   command.add_option("-o,--output", options->output, "The picture, a .png file").required();
   command.add_option("--item", options->items, "Ids or row numbers of models of the store (default: all)");
   add_look_options(command, *options);
-  command.add_option("--memory", options->memory, "Limit of the memory for pictures and meshes")
-      .show_default();
-  command.add_option("-j,--threads", options->threads, "Threads, up to 1024 (0: all available)")
-      .show_default()
-      .range(0, 1024);
+  add_drawing_options(command, options->memory, options->threads);
   add_list_options(command, options->collect);
   add_trust_option(command, options->check);
   return [options] { return render_strokes(*options); };

@@ -1,4 +1,4 @@
-// meander render strokes: models painted in strokes.
+// meander render strokes paints models in strokes.
 #pragma once
 
 #include "jobs/cli/jobs.h"

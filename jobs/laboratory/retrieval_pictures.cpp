@@ -30,20 +30,14 @@ struct Curve {
 };
 
 void add_texts(JsonWriter& json, const char* name, const std::vector<std::string>& texts) {
-  json.key(name);
-  json.begin_array();
-  for (const std::string& text : texts) json.value(text);
-  json.end_array();
+  json.list(name, texts);
 }
 
 void add_numbers(JsonWriter& json, const char* name, std::span<const double> numbers) {
-  json.key(name);
-  json.begin_array();
-  for (const double number : numbers) json.value(number);
-  json.end_array();
+  json.list(name, numbers);
 }
 
-// SVG.
+// A plot as SVG.
 std::string precision_plot(const std::string& title, const std::vector<Curve>& curves) {
   std::vector<double> recall;
   for (std::size_t i = 0; i < recall_levels; ++i) recall.push_back(recall_level(i));
@@ -55,17 +49,12 @@ std::string precision_plot(const std::string& title, const std::vector<Curve>& c
   json.member("y", "precision");
   add_numbers(json, "limits", std::array{0.0, 1.0, 0.0, 1.0});
   json.member("format", "svg");
-  json.key("series");
-  json.begin_array();
-  for (const Curve& curve : curves) {
-    json.begin_object();
+  json.list("series", curves, [&](const Curve& curve) {
     json.member("name", curve.name);
     json.member("thin", curve.thin);
     add_numbers(json, "x", recall);
     add_numbers(json, "y", std::span(curve.scores->precision).first(recall_levels));
-    json.end_object();
-  }
-  json.end_array();
+  });
   json.end_object();
   return draw_plot(json.text());
 }
@@ -117,7 +106,7 @@ void draw_hit_rows(const std::filesystem::path& file, const StoreReader& store,
       cell.frame = frame_of(hit, &hit == row.data());
       cell.title = hit.title;
       cell.note = hit.note + (cell.note.starts_with("points only") ? "; " + cell.note : "");
-      cell.note_colour = {90, 90, 90};
+      cell.note_color = {90, 90, 90};
     }
     for (std::size_t i = row.size(); i < sheet.columns; ++i) cells.emplace_back();
   }
@@ -146,7 +135,7 @@ void draw_precision_over_recall(const std::filesystem::path& file, const std::st
 
 namespace {
 
-// Scored classes down, all that have models across.
+// The table of shares: scored classes are its rows, all classes with models its columns.
 std::string confusion_plot(const RetrievalBase& base, const RetrievalTask& task,
                            const RetrievalSummary& summary, const char* format) {
   const std::size_t classes = base.classes.size();
@@ -208,10 +197,9 @@ void write_evaluation_page(const std::filesystem::path& file, const EvaluationPa
       {.heading = "Classes", .tables = {{"means over the queries of a class", page.classes, true}}});
   html.figures.push_back(
       {.heading = "Worst confusions",
-       .paragraphs =
-           {{"",
-             "Queries whose nearest model is of another class, the most decided first: by the distance "
-             "to it over the distance to the nearest model of their own class."}},
+       .paragraphs = {{"",
+                       "Queries whose nearest model is of another class, the most decided first: by the "
+                       "distance to it over the distance to the nearest model of their own class."}},
        .tables = {{"", page.confusions, true}}});
   replace_file(file, html_page(html));
 }

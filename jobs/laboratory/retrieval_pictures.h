@@ -9,21 +9,23 @@
 
 namespace meander {
 
-// PNG: a row for each query, the query and what was found; see Laboratory::draw_hits.
+// Draws a PNG with a row for each query: the query and the models that it found; see Laboratory::draw_hits.
 void draw_hit_rows(const std::filesystem::path& file, const StoreReader& store,
                    std::span<const std::vector<PicturedHit>> rows, const HitPictureLook& look);
 
-// SVG: precision over recall, means over queries and classes, and (per_class) every scored class.
+// Draws an SVG of precision over recall: means over queries and classes and, with per_class, every scored
+// class.
 void draw_precision_over_recall(const std::filesystem::path& file, const std::string& title,
                                 const RetrievalBase& base, const RetrievalTask& task,
                                 const RetrievalSummary& summary, bool per_class);
 
-// HTML: settings, precision over recall, confusion and scores of classes, mistakes.
+// Writes an HTML page: settings, precision over recall, confusion and scores of classes, mistakes.
 void write_evaluation_page(const std::filesystem::path& file, const EvaluationPage& page,
                            const RetrievalBase& base, const RetrievalTask& task,
                            const RetrievalSummary& summary);
 
-// SVG or PNG by the extension: classes of the nearest models (summary.confusion) by class of the query.
+// Draws an SVG or a PNG, by the extension: classes of the nearest models (summary.confusion) by class of the
+// query.
 void draw_confusion_matrix(const std::filesystem::path& file, const RetrievalBase& base,
                            const RetrievalTask& task, const RetrievalSummary& summary);
 

@@ -49,7 +49,7 @@ void limit_overlap(std::span<float> half_axes, const SplatView& view) {
   for (float& axis : half_axes) axis *= static_cast<float>(std::sqrt(most / area));
 }
 
-OrientedSplats splats_of(const Row& row, std::span<float> half_axes, std::span<const SrgbColour> colours,
+OrientedSplats splats_of(const Row& row, std::span<float> half_axes, std::span<const SrgbColor> colors,
                          const SplatView& view) {
   limit_overlap(half_axes, view);
   const Samples& samples = row.samples;
@@ -58,7 +58,7 @@ OrientedSplats splats_of(const Row& row, std::span<float> half_axes, std::span<c
                         std::span(samples.normals).first(values),
                         {},
                         half_axes,
-                        colours};
+                        colors};
   if (!samples.tensor_direction.empty())
     splats.directions = std::span(samples.tensor_direction).first(values);
   return splats;

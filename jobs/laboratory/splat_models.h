@@ -1,4 +1,4 @@
-// The splats of a sampled model: how large each is.
+// The splats of a sampled model and their sizes.
 #pragma once
 
 #include <cstddef>
@@ -13,32 +13,33 @@
 
 namespace meander {
 
-inline constexpr SrgbColour splat_colour = {232, 196, 158};  // where colours say nothing
+inline constexpr SrgbColor splat_color = {232, 196, 158};  // if colors have no meaning
 
 struct SplatSizes {
-  double cover = 4;    // area of a splat over that of the surface its sample stands for, 0.05..16
-  bool round = false;  // discs, whatever tensors the samples carry
+  double cover = 4;    // area of a splat over the area that its sample represents, 0.05..16
+  bool round = false;  // discs, even if the samples have tensors
 };
 
-// The area of the surface that each of the first `count` samples stands for, in units of the stored points
-// squared: the reciprocal of the density, or s1 s2 of its tensor, of a set of `count`. No more than 64 times
-// the mean: what is sparser than that would hide the shape. Finite and positive. O(count).
+// The area of the surface that each of the first `count` samples represents, in squared units of the stored
+// points: the reciprocal of the density, or s1 s2 of the tensor, for a set of `count`. It is at most 64 times
+// the mean, since the splats of sparser samples would hide the shape. Finite and positive. O(count).
 std::vector<float> sample_areas(const Row& row, std::size_t count);
 
-// 2 n half-axes of the splats of samples that stand for these areas; the ratio is that of the tensor.
+// The 2 n half-axes of splats for samples that represent these areas, with the ratio of the tensor.
 std::vector<float> splat_half_axes(const Row& row, std::span<const float> areas, const SplatSizes& sizes);
 
-// The first samples of a row, as many as there are half-axes, which must outlive what comes back. Makes the
-// half-axes smaller, all by the same factor, where they would overlap more than draw_splats takes.
-OrientedSplats splats_of(const Row& row, std::span<float> half_axes, std::span<const SrgbColour> colours,
+// The splats of the first samples of a row, one for each pair of half-axes; samples and half-axes must
+// outlive the result. Scales all half-axes down by one factor if they would overlap more than draw_splats
+// accepts.
+OrientedSplats splats_of(const Row& row, std::span<float> half_axes, std::span<const SrgbColor> colors,
                          const SplatView& view);
 void limit_overlap(std::span<float> half_axes, const SplatView& view);
 
-// Whether the samples are those of a closed mesh with normals that point outwards: then no splat that faces
-// away can be seen. By the boundaries of the mesh and the sign of the volume that the samples tell of.
+// Whether the samples are those of a closed mesh with outward normals, on which no splat that faces away is
+// visible: by the boundaries of the mesh and the sign of the volume that the samples enclose.
 bool is_closed(const Row& row);
 
-// Of the surface of a row and the mesh of its file, in units of the stored points: surface_depth.
+// surface_depth of the mesh of a row, in units of the stored points.
 std::vector<float> mesh_depth(const Row& row, const PreparedMesh& mesh, const SplatView& view);
 
 }  // namespace meander

@@ -38,7 +38,7 @@ struct TurntableOptions {
   StoreCheck check = StoreCheck::every_byte;
 };
 
-// Names of frames: those of a pattern with one %d or %04d, or frame-0000.png ... in a folder.
+// The names of frames: by a pattern with one %d or %04d, or frame-0000.png ... in a folder.
 class FrameNames {
  public:
   explicit FrameNames(const std::string& output) : in_folder_(output.find('%') == std::string::npos) {
@@ -86,7 +86,7 @@ std::uint64_t turned_row(const StoreReader& store, const TurntableOptions& optio
   throw UsageError(fmt::format("`{}` has no row with samples", options.store));
 }
 
-// A picture with its sums, the row, its normals by component, the splats of a frame, and tiles being drawn.
+// The memory of a picture with its sums, the row, its normals by component, the splats of a frame, and tiles.
 void check_memory(const TurntableOptions& options, const StoreReader& store) {
   constexpr std::uint64_t pixel_bytes = 48, sample_bytes = 320, mebibyte = std::uint64_t{1} << 20;
   const std::uint64_t needed =
@@ -96,7 +96,7 @@ void check_memory(const TurntableOptions& options, const StoreReader& store) {
                                  options.width, options.height, (needed + mebibyte - 1) / mebibyte));
 }
 
-// From the model to the eye; angles in degrees, 0 being the front.
+// The direction from the model to the eye; angles are in degrees, 0 being the front.
 Vector3 turned_direction(Vector3 up, double azimuth, double elevation) {
   const double degree = std::numbers::pi / 180, around = azimuth * degree, above = elevation * degree;
   const Vector3 front = up.y > 0 ? Vector3{0, 0, 1} : up.z > 0 ? Vector3{0, -1, 0} : Vector3{0, 0, 1};
@@ -109,8 +109,8 @@ int render_turntable(const TurntableOptions& options) {
   const FrameNames names(options.output);
   if (store.order() != "progressive")
     throw UsageError(
-        fmt::format("`{}` is in order of the curve: views are thinned from samples in progressive "
-                    "order, the default of `run`",
+        fmt::format("`{}` is in order of the curve: views are thinned from samples in progressive order, the "
+                    "default of `run`",
                     options.store));
   store.require(SampleColumn::normals, "`render turntable`");
   store.require(store.columns().tensors ? SampleColumn::tensor : SampleColumn::density, "`render turntable`");
@@ -162,7 +162,7 @@ int render_turntable(const TurntableOptions& options) {
 
 JobFunction add_turntable(Command& render) {
   Command command = render.add_subcommand(
-      "turntable", "Frames (PNG) of a model that turns, its samples chosen for each view");
+      "turntable", "Draw frames (PNG) of a turning model, its samples chosen for each view");
   auto options = std::make_shared<TurntableOptions>();
   command.add_option("STORE", options->store, "The store, in progressive order").required();
   command
@@ -183,11 +183,11 @@ JobFunction add_turntable(Command& render) {
       .range(-85.0, 85.0);
   command
       .add_option("--samples", options->samples,
-                  "Samples of a view from which the model looks as large as on the mean of all (default: as "
-                  "many as leave all samples along the silhouette)")
+                  "Samples of a view in which the model looks as large as on average over all (default: as "
+                  "many as keep all samples along the silhouette)")
       .range(1, 100000000);
   command.add_flag("--both-sides", options->both_sides,
-                   "Samples that face away are kept too, for surfaces whose normals do not point outwards");
+                   "Also keep samples that face away, for surfaces whose normals do not point outward");
   command.add_option("--up", options->up, "The axis of the model that points up, about which it turns")
       .show_default()
       .one_of({"x", "y", "z"});
@@ -198,12 +198,8 @@ JobFunction add_turntable(Command& render) {
                   "Area of a splat over that of the surface which its sample stands for, 0.05 to 16")
       .show_default()
       .range(0.05, 16.0);
-  command.add_flag("--round", options->sizes.round, "Discs, also of anisotropic samples");
-  command.add_option("--memory", options->memory, "Limit of the memory for samples and a picture")
-      .show_default();
-  command.add_option("-j,--threads", options->threads, "Threads, up to 1024 (0: all available)")
-      .show_default()
-      .range(0, 1024);
+  command.add_flag("--round", options->sizes.round, "Draw anisotropic samples as discs, too");
+  add_drawing_options(command, options->memory, options->threads);
   add_trust_option(command, options->check);
   return [options] { return render_turntable(*options); };
 }

@@ -1,4 +1,4 @@
-// meander render turntable: frames of a model that turns, each with the samples that its view asks for.
+// meander render turntable draws frames of a turning model, each with the samples chosen for its view.
 #pragma once
 
 #include "jobs/cli/jobs.h"

@@ -7,7 +7,7 @@ namespace meander {
 
 namespace {
 
-// Of |n . v| of a sample that may be seen, over the directions of view.
+// The mean of |n . v| over the directions of view, for a sample that may be visible.
 double mean_facing(const ViewDetailParameters& parameters) { return parameters.both_sides ? 0.5 : 0.25; }
 
 }  // namespace
@@ -71,7 +71,7 @@ RgbImage ViewedModel::draw(const ViewDetail& kept, const SplatView& view, const 
     half_axes.push_back(all_axes[2 * std::size_t{i} + 1]);
   }
   limit_overlap(half_axes, view);
-  return draw_splats({centres, normals, directions, half_axes, {&splat_colour, 1}}, view,
+  return draw_splats({centres, normals, directions, half_axes, {&splat_color, 1}}, view,
                      {.backs = parameters_.both_sides})
       .image;
 }

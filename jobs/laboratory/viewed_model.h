@@ -1,4 +1,4 @@
-// A sampled model seen from many directions: the samples that each view asks for, and their splats.
+// A sampled model from many directions: the samples that each view needs, and their splats.
 #pragma once
 
 #include <cstddef>
@@ -13,14 +13,15 @@ namespace meander {
 
 class ViewedModel {
  public:
-  // The samples in progressive order, which must outlive this. samples: of a view from which the model looks
-  // as large as on the mean over all directions; 0: as many as take every sample along the silhouette.
+  // The samples, in progressive order, must outlive this object. samples: their number for a view in which
+  // the model looks as large as on average over all directions; 0: as many as keep every sample along the
+  // silhouette.
   ViewedModel(const Row& row, const ViewDetailParameters& detail, std::uint32_t samples);
 
   ViewDetail detail(Vector3 towards) const;
-  // Share of the samples kept that face away from the eye.
+  // The share of the kept samples that face away from the eye.
   double behind(const ViewDetail& kept, Vector3 towards) const;
-  // Splats grow where samples are left out, so that they cover the surface as all of them would.
+  // Splats are larger where samples are left out, so that they cover the surface as all of them would.
   RgbImage draw(const ViewDetail& kept, const SplatView& view, const SplatSizes& sizes) const;
 
  private:
@@ -29,7 +30,7 @@ class ViewedModel {
   std::vector<float> nx_, ny_, nz_, areas_;
 };
 
-// How many samples each frame of a turn has, and which share of a frame's the next one keeps.
+// The number of samples of each frame of a turn, and the share of them that the next frame keeps.
 class TurnCounts {
  public:
   void add(std::vector<std::uint32_t> kept);  // of the next frame, ascending
@@ -46,7 +47,7 @@ class TurnCounts {
   std::vector<double> stay_;
 };
 
-// The view from another direction; scale and centre stay.
+// The view from another direction with the same scale and center.
 void turn(SplatView& view, Vector3 towards, Vector3 up);
 
 }  // namespace meander

@@ -12,7 +12,7 @@
 #include "io/file/directory.h"
 #include "io/file/folder_lock.h"
 #include "io/file/read_file.h"
-#include "jobs/cli/output_names.h"
+#include "jobs/cli/output_guard.h"
 
 namespace meander {
 

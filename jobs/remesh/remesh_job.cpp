@@ -38,7 +38,6 @@
 #include "jobs/rows/memory_budget.h"
 #include "jobs/rows/planned_run.h"
 #include "jobs/rows/run_header.h"
-#include "jobs/rows/tensor_files.h"
 
 namespace meander {
 
@@ -105,10 +104,7 @@ class RemeshJob {
   int run() {
     list_own_files();
     if (earlier_) run_.collect.remembered_root = earlier_->root;
-    inputs_ = collect_inputs(run_.inputs, run_.collect);
-    print_unread(inputs_.notes);
-    plan_tensor_files(run_.sample.tensor, inputs_.items);
-    if (inputs_.items.empty()) throw UsageError("no mesh file (" + mesh_extensions() + ") in the input");
+    inputs_ = collect_run_inputs(run_);
     header_ = run_header(run_, inputs_, nullptr);
     run_.model_bytes =
         memory_for_models(run_.memory_bytes, header_, run_.sample, run_.threads, inputs_.index_bytes);

@@ -56,7 +56,7 @@ void add_remesh_command(Command& program, RemeshOptions& options) {
   Command collection = command.under("Collection");
   add_list_options(collection, options.run.collect);
   Command running = command.under("Running");
-  add_budget_options(running, options.run, options.texts);
+  add_limit_options(running, options.run);
   running.add_flag("--fresh", options.run.fresh, "Make all meshes anew; files of their names are replaced");
   add_progress_options(command.under("Report"), options.run);
 }

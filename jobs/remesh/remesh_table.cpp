@@ -11,7 +11,7 @@
 #include "io/json/json_reader.h"
 #include "io/json_writer.h"
 #include "io/run_error.h"
-#include "io/table/csv_writer.h"
+#include "io/table/table.h"
 
 namespace meander {
 

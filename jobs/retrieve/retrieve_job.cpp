@@ -1,4 +1,4 @@
-// meander retrieve: similar models of a store by their descriptors, and how well that finds classes.
+// meander retrieve searches a store for similar models by their descriptors, and evaluates the search.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -8,9 +8,7 @@
 
 #include "io/file/atomic_file.h"
 #include "io/json_writer.h"
-#include "io/table/csv_writer.h"
-#include "io/table/json_table.h"
-#include "io/table/text_table.h"
+#include "io/table/table.h"
 #include "jobs/cli/command_line.h"
 #include "jobs/cli/exit_status.h"
 #include "jobs/cli/jobs.h"
@@ -19,8 +17,7 @@
 #include "jobs/cli/units.h"
 #include "jobs/cli/usage_error.h"
 #include "jobs/inputs/run_report.h"
-#include "jobs/retrieve/retrieve_query.h"
-#include "jobs/retrieve/retrieve_select.h"
+#include "jobs/retrieve/retrieve_commands.h"
 #include "jobs/retrieve/score_files.h"
 #include "jobs/rows/laboratory.h"
 #include "jobs/rows/retrieve_base.h"
@@ -32,7 +29,7 @@ namespace meander {
 
 namespace {
 
-constexpr std::size_t most_drawn_classes = 1024;
+constexpr std::size_t max_drawn_classes = 1024;
 
 struct EvaluateOptions : CompareOptions {
   std::string classes, matrix, picture, confusion, html, shard, scores_file;
@@ -59,7 +56,7 @@ void check_outputs(const EvaluateOptions& options) {
 
 // ---- evaluate --------------------------------------------------------------------------------------------
 
-// The nearest models to a query, of its class and of any.
+// The models nearest to a query: of all, and of its class.
 struct NearestModels {
   NearRow any, own;
   bool has_own = false;
@@ -79,12 +76,11 @@ NearestModels nearest_models(const RetrievalTask& task, std::size_t query, std::
   return result;
 }
 
-// What of the command needs all distances, or all scores, and cannot be had from a part.
+// Refuses outputs that need all distances or all scores when only a part is computed.
 void check_parts(const EvaluateOptions& options) {
   const bool writes = !options.scores_file.empty(), reads = !options.score_files.empty();
   if (options.shard.empty() == writes)
-    throw UsageError(
-        "--shard i/n and --write-scores FILE belong together: the scores of one part of the queries");
+    throw UsageError("--shard i/n and --write-scores FILE go together: give both, or neither");
   if (writes && reads) throw UsageError("--write-scores and --read-scores exclude each other");
   const std::vector<std::pair<const char*, bool>> given = {
       {"--matrix", !options.matrix.empty()},   {"--html", !options.html.empty()},
@@ -96,8 +92,8 @@ void check_parts(const EvaluateOptions& options) {
                                    writes ? "the scores of all queries" : "all distances"));
 }
 
-// Of the queries [begin, end), whose distances go to `matrix` where it is one. nearest: empty, or one for
-// each row, filled in for those that are scored.
+// Scores the queries [begin, end) and appends their distances to `matrix` unless it is null. nearest: empty,
+// or one for each row, which is filled in for scored queries.
 std::vector<QueryScores> score_queries(const RetrievalBase& base, const RetrievalTask& task,
                                        std::size_t begin, std::size_t end, AtomicFile* matrix = nullptr,
                                        std::span<NearestModels> nearest = {}) {
@@ -123,16 +119,14 @@ int write_part(const EvaluateOptions& options, const RetrievalBase& base, const 
   const ScoreOrigin origin = origin_of_scores(options.store, base, options.distance, options.psb_compat);
   write_scores(options.scores_file, origin, begin, score_queries(base, task, begin, end));
   if (options.json) {
-    JsonWriter json;
-    json.begin_object();
-    json.member("scores", options.scores_file);
-    json.member("queries", n);
-    json.member("begin", begin);
-    json.member("end", end);
-    json.end_object();
-    fmt::print("{}\n", json.text());
+    fmt::print("{}\n", json_object([&](JsonWriter& json) {
+                 json.member("scores", options.scores_file);
+                 json.member("queries", n);
+                 json.member("begin", begin);
+                 json.member("end", end);
+               }));
   } else {
-    fmt::print("{}: scores of {} of {} queries, from number {} on; --read-scores puts all parts together\n",
+    fmt::print("{}: scores of {} of {} queries, from number {} on; --read-scores joins all parts\n",
                options.scores_file, end - begin, n, begin);
   }
   return exit_done;
@@ -149,7 +143,7 @@ RetrievalSummary evaluate_base(const RetrievalBase& base, const RetrievalTask& t
   return summarise(task, queries, with_confusion);
 }
 
-// Which rows of the store the lines of the matrix are.
+// Writes which row of the store each line of the matrix is.
 void write_matrix_ids(const std::string& path, const StoreReader& store, const RetrievalBase& base) {
   Table table{{{"position"}, {"row"}, {"id"}, {"label"}}, {}};
   for (std::size_t i = 0; i < base.rows.size(); ++i)
@@ -157,15 +151,17 @@ void write_matrix_ids(const std::string& path, const StoreReader& store, const R
   replace_file(path, csv_text(table));
 }
 
-std::vector<TableCell> score_cells(const std::string& name, std::size_t models, const RetrievalScores& s) {
-  return {name,        models, s.nearest_neighbour, s.first_tier, s.second_tier,
-          s.e_measure, s.dcg,  s.average_precision};
+std::vector<TableCell> score_cells(const std::string& name, std::size_t models,
+                                   const RetrievalScores& scores) {
+  std::vector<TableCell> cells{name, models};
+  add_scores(cells, scores);
+  return cells;
 }
 
 Table score_table(const RetrievalBase& base, const RetrievalTask& task, const RetrievalSummary& summary,
                   bool per_class) {
-  Table table{{{"class"}, {"models"}, {"NN"}, {"1st tier"}, {"2nd tier"}, {"E-measure"}, {"DCG"}, {"mAP"}},
-              {}};
+  Table table{{{"class"}, {"models"}}, {}};
+  add_score_columns(table.columns);
   if (summary.queries > 0) {
     table.rows.push_back(score_cells("(micro)", summary.queries, summary.micro));
     table.rows.push_back(score_cells("(macro)", summary.queries, summary.macro));
@@ -177,47 +173,37 @@ Table score_table(const RetrievalBase& base, const RetrievalTask& task, const Re
     if (task.scored[c])
       table.rows.push_back(score_cells(base.classes[c], models, summary.by_class[c]));
     else
-      table.rows.push_back({base.classes[c], models});  // no scores
+      table.rows.push_back({base.classes[c], models});  // a class without scores
   }
   return table;
 }
 
-void write_precision(JsonWriter& json, const char* name, const RetrievalScores& scores) {
-  json.key(name);
-  json.begin_array();
-  for (const double precision : scores.precision) json.value(precision);
-  json.end_array();
-}
-
 void print_json(const EvaluateOptions& options, const RetrievalBase& base, const RetrievalSummary& summary,
                 const Table& table) {
-  JsonWriter json;
-  json.begin_object();
-  json.member("store", options.store);
-  json.member("descriptor", joined(base.terms));
-  json.member("distance", options.distance);
-  json.member("psb_compat", options.psb_compat);
-  json.member("rules", rules_text(options.psb_compat));
-  json.member("models", std::uint64_t{base.rows.size()});
-  json.member("queries", std::uint64_t{summary.queries});
-  json.member("classes", std::uint64_t{summary.classes});
-  write_left_out(json, base);
-  json.key("results");
-  write_table(json, table);
-  json.key("recall");
-  json.begin_array();
-  for (std::size_t i = 0; i < recall_levels; ++i) json.value(recall_level(i));
-  json.end_array();
-  write_precision(json, "precision_micro", summary.micro);
-  write_precision(json, "precision_macro", summary.macro);
-  json.end_object();
-  fmt::print("{}\n", json.text());
+  fmt::print("{}\n", json_object([&](JsonWriter& json) {
+               json.member("store", options.store);
+               json.member("descriptor", joined(base.terms));
+               json.member("distance", options.distance);
+               json.member("psb_compat", options.psb_compat);
+               json.member("rules", rules_text(options.psb_compat));
+               json.member("models", std::uint64_t{base.rows.size()});
+               json.member("queries", std::uint64_t{summary.queries});
+               json.member("classes", std::uint64_t{summary.classes});
+               write_left_out(json, base);
+               json.key("results");
+               write_table(json, table);
+               json.key("recall");
+               json.begin_array();
+               for (std::size_t i = 0; i < recall_levels; ++i) json.value(recall_level(i));
+               json.end_array();
+               json.list("precision_micro", summary.micro.precision);
+               json.list("precision_macro", summary.macro.precision);
+             }));
 }
 
-// ---- the page
-// ----------------------------------------------------------------------------------------------
+// ---- the page --------------------------------------------------------------------------------------------
 
-constexpr std::size_t most_confusions = 50;
+constexpr std::size_t max_confusions = 50;
 constexpr std::ptrdiff_t milliseconds_column = 3;
 
 Table confusion_table(const StoreReader& store, const RetrievalBase& base, const RetrievalTask& task,
@@ -240,7 +226,7 @@ Table confusion_table(const StoreReader& store, const RetrievalBase& base, const
                {"distance to it"},
                {"ratio"}},
               {}};
-  for (std::size_t i = 0; i < std::min(mistakes.size(), most_confusions); ++i) {
+  for (std::size_t i = 0; i < std::min(mistakes.size(), max_confusions); ++i) {
     const std::size_t row = mistakes[i];
     const auto& [any, own, has_own] = nearest[row];
     table.rows.push_back({store.id(base.rows[row]), base.classes[task.label[row]],
@@ -251,18 +237,17 @@ Table confusion_table(const StoreReader& store, const RetrievalBase& base, const
   return table;
 }
 
-// A row of the table of settings; milliseconds where the run of the store made this descriptor alone.
+// Adds a row to the table of settings. milliseconds: known if the run of the store made only this descriptor.
 void add_setting(EvaluationPage& page, const std::string& distance, const RetrievalBase& base,
                  const RetrievalSummary& summary, const TableCell& milliseconds) {
   const std::string name = joined(base.terms);
   std::vector<TableCell> cells{name, distance, base.rows.size(), milliseconds};
-  const std::vector<TableCell> scores = score_cells("", 0, summary.micro);
-  cells.insert(cells.end(), scores.begin() + 2, scores.end());
+  add_scores(cells, summary.micro);
   page.settings.rows.push_back(std::move(cells));
   page.curves.emplace_back(distance == "l1" ? name : name + ", " + distance, summary.micro);
 }
 
-// Every descriptor of the store on its own, after the setting that is evaluated.
+// Adds every descriptor of the store on its own, after the setting that is evaluated.
 void add_descriptors(const EvaluateOptions& options, const StoreReader& store, const std::string& setting,
                      const TableCell& milliseconds, EvaluationPage& page) {
   for (const DescriptorSchema& schema : store.descriptors()) {
@@ -277,7 +262,7 @@ void add_descriptors(const EvaluateOptions& options, const StoreReader& store, c
                                                     options.classes);
       const RetrievalTask task = labelled_task(base, options.psb_compat);
       add_setting(page, distance, base, evaluate_base(base, task, {}, false), milliseconds);
-    } catch (const UsageError& error) {  // too few rows have it: the page tells
+    } catch (const UsageError& error) {  // too few rows have it: the page says so
       page.notes.push_back(fmt::format("{}: {}.", schema.name, error.what()));
     }
   }
@@ -302,11 +287,11 @@ void write_html(const EvaluateOptions& options, const Laboratory& laboratory, co
     page.notes.push_back(
         fmt::format("The run of the store took {:.3g} ms a model for its descriptors together.", *all));
   const TableCell alone = all && described == 1 ? TableCell(*all) : TableCell();
-  page.settings.columns = {{"descriptor"}, {"distance"}, {"models"},    {"ms a model"}, {"NN"},
-                           {"1st tier"},   {"2nd tier"}, {"E-measure"}, {"DCG"},        {"mAP"}};
+  page.settings.columns = {{"descriptor"}, {"distance"}, {"models"}, {"ms a model"}};
+  add_score_columns(page.settings.columns);
   add_setting(page, options.distance, base, summary, alone);
   add_descriptors(options, store, joined(base.terms), alone, page);
-  if (alone.kind == CellKind::empty) {  // nothing is known of a single descriptor
+  if (alone.kind == CellKind::empty) {  // no time is known for a single descriptor
     page.settings.columns.erase(page.settings.columns.begin() + milliseconds_column);
     for (std::vector<TableCell>& row : page.settings.rows) row.erase(row.begin() + milliseconds_column);
   }
@@ -334,11 +319,11 @@ int evaluate(const EvaluateOptions& options, const Laboratory* laboratory) {
   const RetrievalTask task = labelled_task(base, options.psb_compat);
   if (!options.scores_file.empty()) return write_part(options, base, task);
   const bool draws_confusion = !options.confusion.empty(), makes_page = !options.html.empty();
-  if (draws_confusion && base.classes.size() > most_drawn_classes)
-    throw UsageError(fmt::format("--confusion draws up to {} classes: there are {}", most_drawn_classes,
+  if (draws_confusion && base.classes.size() > max_drawn_classes)
+    throw UsageError(fmt::format("--confusion draws up to {} classes, but there are {}", max_drawn_classes,
                                  base.classes.size()));
   std::vector<NearestModels> nearest(makes_page ? base.rows.size() : 0);
-  const bool with_confusion = draws_confusion || (makes_page && base.classes.size() <= most_drawn_classes);
+  const bool with_confusion = draws_confusion || (makes_page && base.classes.size() <= max_drawn_classes);
   const RetrievalSummary summary =
       options.score_files.empty()
           ? evaluate_base(base, task, options.matrix, with_confusion, nearest)
@@ -369,6 +354,21 @@ int evaluate(const EvaluateOptions& options, const Laboratory* laboratory) {
 
 }  // namespace
 
+void add_scoring_options(Command& command, std::string& classes, bool& psb_compat) {
+  command.add_option("--classes", classes, "Princeton .cla file (default: the labels of the store)");
+  command.add_flag("--psb-compat", psb_compat,
+                   "Rules of psbTable: ties in row order; averages leave tiny and miscellaneous classes out");
+}
+
+void add_score_columns(std::vector<TableColumn>& columns) {
+  columns.insert(columns.end(), {{"NN"}, {"1st tier"}, {"2nd tier"}, {"E-measure"}, {"DCG"}, {"mAP"}});
+}
+
+void add_scores(std::vector<TableCell>& cells, const RetrievalScores& s) {
+  cells.insert(cells.end(),
+               {s.nearest_neighbour, s.first_tier, s.second_tier, s.e_measure, s.dcg, s.average_precision});
+}
+
 JobFunction add_retrieve_job(Command& program, const Laboratory* laboratory) {
   Command command = program.add_subcommand(
       "retrieve",
@@ -379,29 +379,24 @@ JobFunction add_retrieve_job(Command& program, const Laboratory* laboratory) {
   Command judge = command.add_subcommand(
       "evaluate", "Use every model as a query: scores, precision over recall, confusion of classes");
   add_compare_options(judge, *options);
-  judge.add_option("--classes", options->classes,
-                   "Princeton .cla file (default: the labels of the store); it orders the rows of --matrix");
-  judge.add_flag(
-      "--psb-compat", options->psb_compat,
-      "Rules of psbTable: ties in row order; tiny and miscellaneous classes are left out of averages");
-  judge.add_flag("--per-class", options->per_class, "Scores of every class, also in the picture");
-  judge.add_option(
-      "--matrix", options->matrix,
-      "Write all distances to this file: N x N float32 in row order, no header; FILE.ids.csv says "
-      "which row and id each is");
+  add_scoring_options(judge, options->classes, options->psb_compat);
+  judge.add_flag("--per-class", options->per_class,
+                 "Print the scores of every class, and draw them in the picture");
+  judge.add_option("--matrix", options->matrix,
+                   "Write all distances to this file: N x N float32 in row order, no header; FILE.ids.csv "
+                   "has the row and the id of each line");
   judge.add_option("--picture", options->picture, "Plot precision over recall to this SVG file");
   judge.add_option(
       "--confusion", options->confusion,
       "Draw the confusion matrix (class of the query, class of the nearest model) to this SVG or PNG file");
-  judge.add_option(
-      "--html", options->html,
-      "Write a page with all of this to this file: also every descriptor of the store on its own, and "
-      "the worst confusions");
+  judge.add_option("--html", options->html,
+                   "Write a page with all of this to this file, and with every descriptor of the store on "
+                   "its own and the worst confusions");
   judge.add_option("--shard", options->shard,
-                   "Score part i of n of the queries alone, from 0/n, into the file of --write-scores");
-  judge.add_option("--write-scores", options->scores_file, "Where the scores of --shard go");
+                   "Score only part i of n of the queries, from 0/n, into the file of --write-scores");
+  judge.add_option("--write-scores", options->scores_file, "Write the scores of --shard to this file");
   judge.add_option("--read-scores", options->score_files,
-                   "Files of --write-scores with all parts: no distance is computed again");
+                   "Read all parts from files of --write-scores instead of computing distances");
   const JobFunction select = add_select_command(command);
   return [options, laboratory, command, query, select] {
     if (command.chose("query")) return query();

@@ -1,8 +1,10 @@
-#include "jobs/retrieve/retrieve_query.h"
+#include "jobs/retrieve/retrieve_commands.h"
 
 #include <fmt/format.h>
+#include <oneapi/tbb/info.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cstdio>
 #include <memory>
 #include <optional>
@@ -10,20 +12,24 @@
 
 #include "io/file/atomic_file.h"
 #include "io/json_writer.h"
-#include "io/table/csv_writer.h"
-#include "io/table/json_table.h"
-#include "io/table/text_table.h"
+#include "io/mesh/mesh_reader.h"
+#include "io/table/table.h"
 #include "jobs/cli/exit_status.h"
 #include "jobs/cli/output_guard.h"
 #include "jobs/cli/units.h"
 #include "jobs/cli/usage_error.h"
-#include "jobs/inputs/inputs.h"
+#include "jobs/inputs/input_options.h"
 #include "jobs/inputs/store_items.h"
-#include "jobs/retrieve/mesh_queries.h"
 #include "jobs/rows/described_meshes.h"
 #include "jobs/rows/laboratory.h"
+#include "jobs/rows/planned_run.h"
 #include "jobs/rows/retrieve_base.h"
+#include "jobs/rows/run_header.h"
+#include "jobs/rows/stored_parameters.h"
+#include "kernels/describe/describe_samples.h"
+#include "kernels/mesh/prepare_mesh.h"
 #include "kernels/retrieve/nearest_rows.h"
+#include "pipeline/sampling_graph.h"
 
 namespace meander {
 
@@ -38,25 +44,111 @@ struct QueryOptions : CompareOptions {
   HitPictureLook look;
 };
 
-// One query and the rows of the store that were found, nearest first.
+// A query and the rows of the store that it found, nearest first.
 struct Answer {
   std::string query;
   Status status = Status::ok;
   std::string reason{};                // empty when ok
-  std::optional<std::uint64_t> row{};  // of a query that the store has
+  std::optional<std::uint64_t> row{};  // of a query that is in the store
   std::optional<PlanItem> file{};      // of a mesh
   std::vector<NearRow> found{};
 };
 
-// Queries on their way into a search.
+// ---- meshes as queries ------------------------------------------------------------------------------------
+
+struct MeshQuery {
+  std::string id;
+  PlanItem file;
+  Status status = Status::internal;
+  std::string reason;         // empty when ok
+  std::vector<float> values;  // of the wanted descriptors; empty unless ok
+};
+
+constexpr double query_seconds = 120;
+
+// The values of the wanted descriptors, one after the other.
+std::vector<float> described(Model& model, const StoredParameters& parameters,
+                             std::span<const DescriptorSchema> wanted) {
+  Samples& samples = model.row.samples;
+  // Samples are located on the mesh, as for the rows of a store.
+  if (!model.surface.has_topology()) model.surface = prepare_mesh(model.file, model.cancel);
+  locate_on_mesh(model.file, model.surface, samples);
+  std::vector<float> values;
+  for (std::size_t k = 0; k < wanted.size(); ++k)
+    for (const DescriptorRow& row :
+         describe_samples(model.surface, samples, model.key, parameters.describe[k], model.cancel))
+      if (row.name == wanted[k].name) {
+        if (row.values.size() != wanted[k].width)
+          throw ItemError(Status::internal, fmt::format("{} has {} values, and {} in the store", row.name,
+                                                        row.values.size(), wanted[k].width));
+        values.insert(values.end(), row.values.begin(), row.values.end());
+      }
+  return values;
+}
+
+StoreHeader header_of(const SampleParameters& sample, const Inputs& inputs) {
+  RunOptions options;
+  options.sample = sample;
+  options.parameters_json = "{}";
+  return run_header(options, inputs, nullptr);
+}
+
+// One query for each mesh that the arguments name or contain (like the INPUT of `run`), in the order of their
+// ids. A mesh that cannot be read, sampled or described has its status and reason; folders that cannot be
+// read are named on standard error. `path` is that of the store. Models wait while those in work need more
+// than `memory` bytes; each may take 120 s. Throws UsageError as stored_parameters and collect_inputs do, and
+// when there is no mesh.
+std::vector<MeshQuery> describe_queries(const StoreReader& store, const std::string& path,
+                                        std::span<const DescriptorSchema> wanted,
+                                        const std::vector<std::string>& arguments, std::uint64_t memory) {
+  const StoredParameters stored = stored_parameters(store, path, wanted);
+  Inputs inputs = collect_inputs(arguments);
+  print_unread(inputs.notes);
+  if (inputs.items.empty()) throw UsageError("--mesh: no mesh file (" + mesh_extensions() + ") in the input");
+  GraphParameters graph;
+  graph.sample = stored.sample;
+  for (const DescribeParameters& describe : stored.describe)  // counts in the estimate of memory
+    graph.sample.describe.descriptors.push_back(describe.descriptors.front());
+  graph.threads = std::max(1, oneapi::tbb::info::default_concurrency());
+  graph.memory_bytes = memory;
+  graph.timeout_seconds = query_seconds;
+  reserve_memory(inputs.items, graph.sample, graph.threads, graph.memory_bytes);
+
+  std::vector<MeshQuery> queries(inputs.items.size());
+  std::optional<EmbreeDevice> device;
+  if (casts_rays(stored.sample)) device.emplace();
+  GraphStages stages = sampling_stages(stored.sample, device ? &*device : nullptr);
+  stages.push_back({"describe_shape", [&](GraphItem& item) {
+                      release_charts(item.model);
+                      queries[item.plan->row].values = described(item.model, stored, wanted);
+                    }});
+  NoRows rows;
+  std::atomic<bool> stopped = false;
+  std::vector<NodeStatistics> statistics;
+  const StoreHeader header = header_of(stored.sample, inputs);
+  run_sampling_graph(inputs.items, graph, stages, header, rows, stopped, statistics,
+                     [&](const FinishedItem& item) {
+                       MeshQuery& query = queries[item.plan.row];
+                       query.id = item.plan.id;
+                       query.file = item.plan;
+                       query.status = item.report.status;
+                       query.reason = item.report.reason;
+                       if (query.status != Status::ok) query.values.clear();
+                     });
+  return queries;
+}
+
+// ---- the search -------------------------------------------------------------------------------------------
+
+// The queries of a search.
 struct Asked {
   std::vector<Answer> answers;
-  std::vector<DescriptorQuery> queries;  // of the answers that are ok, in their order
+  std::vector<DescriptorQuery> queries;  // for the answers that are ok, in their order
 
   void add(Answer answer, std::optional<DescriptorQuery> query) {
     if (answer.status == Status::ok && !query) {
       answer.status = Status::internal;
-      answer.reason = "its descriptor could not be made: its values are not finite";
+      answer.reason = "its descriptor could not be computed: its values are not finite";
     }
     if (answer.status == Status::ok) queries.push_back(std::move(*query));
     answers.push_back(std::move(answer));
@@ -73,7 +165,7 @@ void ask_items(const StoreReader& store, const RetrievalBase& base, const QueryO
           fmt::format("`{}` has no descriptors: {}: {}", item, name_of(report.status), report.reason));
     std::optional<DescriptorQuery> query = query_of(store, base, row);
     if (!query)
-      throw UsageError(fmt::format("`{}` lacks {}: it could not be made, see `meander describe`", item,
+      throw UsageError(fmt::format("`{}` lacks {}, which could not be computed: see `meander describe`", item,
                                    joined(base.terms)));
     asked.add({.query = store.id(row), .row = row}, std::move(query));
   }
@@ -83,11 +175,10 @@ void ask_meshes(const StoreReader& store, const RetrievalBase& base, const Query
                 std::uint64_t memory, Asked& asked) {
   if (options.meshes.empty()) return;
   if (store.method_version() != store_method_version)
-    fmt::print(
-        stderr,
-        "`{}` was sampled by method version {}, the queries are by version {}: a model of the store is "
-        "near itself, not equal\n",
-        options.store, store.method_version(), store_method_version);
+    fmt::print(stderr,
+               "`{}` was sampled by method version {}, but the queries by version {}: the distance of a "
+               "model to itself is small, not 0\n",
+               options.store, store.method_version(), store_method_version);
   std::vector<DescriptorSchema> schemas;
   for (const DescriptorTerm& term : base.terms) schemas.push_back(term.schema);
   for (MeshQuery& mesh : describe_queries(store, options.store, schemas, options.meshes, memory)) {
@@ -101,19 +192,19 @@ void ask_meshes(const StoreReader& store, const RetrievalBase& base, const Query
   }
 }
 
-constexpr std::size_t most_pictures = 400;
+constexpr std::size_t max_pictures = 400;
 
-// Once the number of queries is known, before the search.
+// Called before the search, once the number of queries is known.
 void check_picture_size(const QueryOptions& options, std::size_t queries, std::uint64_t rows) {
   const std::uint64_t across = 1 + std::min<std::uint64_t>(options.k, rows);
-  if (!options.picture.empty() && queries * across > most_pictures)
+  if (!options.picture.empty() && queries * across > max_pictures)
     throw UsageError(
-        fmt::format("--picture: {} queries with up to {} models each are more than {} pictures: take a "
+        fmt::format("--picture: {} queries with up to {} models each are more than {} pictures: give a "
                     "smaller -k or fewer queries",
-                    queries, across - 1, most_pictures));
+                    queries, across - 1, max_pictures));
 }
 
-// All queries in one pass over the store.
+// Answers all queries by one pass over the store.
 std::vector<Answer> answered(const StoreReader& store, RetrievalBase& base, const QueryOptions& options,
                              std::uint64_t memory) {
   Asked asked;
@@ -144,7 +235,7 @@ std::vector<TableCell> cells_of(const StoreReader& store, std::size_t rank, cons
           static_cast<double>(found.distance)};
 }
 
-// One query has no column of its own.
+// The table of all answers; the column of queries is left out if there is only one.
 Table table_of(const StoreReader& store, std::span<const Answer> answers) {
   Table table{{{"rank"}, {"row"}, {"id"}, {"class"}, {"distance"}}, {}};
   if (answers.size() > 1) table.columns.insert(table.columns.begin(), {"query"});
@@ -160,31 +251,29 @@ Table table_of(const StoreReader& store, std::span<const Answer> answers) {
 void print_json(const QueryOptions& options, const StoreReader& store, const RetrievalBase& base,
                 std::span<const Answer> answers) {
   const bool one = options.meshes.empty() && answers.size() == 1;
-  JsonWriter json;
-  json.begin_object();
-  json.member("store", options.store);
-  if (one) json.member("item", answers.front().query);
-  json.member("descriptor", joined(base.terms));
-  json.member("distance", options.distance);
-  write_left_out(json, base);
-  if (!one) {
-    json.key("queries");
-    json.begin_array();
-  }
-  for (const Answer& answer : answers) {
-    if (!one) {
-      json.begin_object();
-      json.member("query", answer.query);
-      json.member("status", name_of(answer.status));
-      json.member("reason", answer.reason);
-    }
-    json.key("results");
-    write_table(json, table_of(store, std::span(&answer, 1)));
-    if (!one) json.end_object();
-  }
-  if (!one) json.end_array();
-  json.end_object();
-  fmt::print("{}\n", json.text());
+  fmt::print("{}\n", json_object([&](JsonWriter& json) {
+               json.member("store", options.store);
+               if (one) json.member("item", answers.front().query);
+               json.member("descriptor", joined(base.terms));
+               json.member("distance", options.distance);
+               write_left_out(json, base);
+               if (!one) {
+                 json.key("queries");
+                 json.begin_array();
+               }
+               for (const Answer& answer : answers) {
+                 if (!one) {
+                   json.begin_object();
+                   json.member("query", answer.query);
+                   json.member("status", name_of(answer.status));
+                   json.member("reason", answer.reason);
+                 }
+                 json.key("results");
+                 write_table(json, table_of(store, std::span(&answer, 1)));
+                 if (!one) json.end_object();
+               }
+               if (!one) json.end_array();
+             }));
 }
 
 // ---- the picture -----------------------------------------------------------------------------------------
@@ -243,7 +332,7 @@ void check_picture(const QueryOptions& options, const Laboratory* laboratory) {
 
 int query(const QueryOptions& options, const Laboratory* laboratory) {
   if (options.items.empty() && options.meshes.empty())
-    throw UsageError("nothing is asked: name items of the store, or meshes with --mesh");
+    throw UsageError("a query is missing: name items of the store, or meshes with --mesh");
   OutputGuard guard;
   guard.protect(options.store, "the store itself");
   check_picture(options, laboratory);
@@ -295,9 +384,8 @@ JobFunction add_query_command(Command& retrieve, const Laboratory* laboratory) {
   const Option picture = pictures.add_option(
       "--picture", options->picture, "Draw every query beside the models that were found to this PNG file");
   pictures
-      .add_option(
-          "--input", options->inputs,
-          "Where the meshes of the store are, as given to its run: drawn as surfaces (default: points)")
+      .add_option("--input", options->inputs,
+                  "Inputs of the run of the store, to draw its models as surfaces (default: as points)")
       .needs(picture);
   pictures.add_option("--size", options->look.size, "Pixels of a model's picture, 64 to 1024")
       .show_default()

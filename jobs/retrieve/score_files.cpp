@@ -31,7 +31,7 @@ std::array<std::uint8_t, digest_bytes> digest_of(std::string_view bytes) {
   return sha256(std::as_bytes(std::span(bytes.data(), bytes.size())));
 }
 
-// Takes values from the front of a file whose digest was right.
+// Takes values from the front of the bytes of a file.
 class ScoreBytes {
  public:
   ScoreBytes(const std::string& path, std::string_view bytes) : path_(path), rest_(bytes) {}
@@ -48,7 +48,7 @@ class ScoreBytes {
 
   [[noreturn]] void refuse(const std::string& why) const {
     throw RunError(RunError::Kind::unusable,
-                   fmt::format("{} is no file of scores of this evaluation: {}", path_, why));
+                   fmt::format("`{}` is not a file of scores of this evaluation: {}", path_, why));
   }
 
  private:
@@ -56,33 +56,33 @@ class ScoreBytes {
   std::string_view rest_;
 };
 
-// The queries of one file into `scores`; `taken` is 1 for those that are there.
+// Reads the queries of one file into `scores`; `taken` becomes 1 for each.
 void read_file_of_scores(const std::string& path, const ScoreOrigin& origin, std::size_t classes,
                          std::vector<QueryScores>& scores, std::vector<std::uint8_t>& taken) {
   const std::string bytes = content_of_file(path);
   const std::string_view all(bytes);
   ScoreBytes damaged(path, all);
   if (!all.starts_with(scores_magic) || all.size() < scores_magic.size() + digest_bytes)
-    damaged.refuse("it does not begin as one");
+    damaged.refuse("it does not begin like one");
   const std::string_view content = all.substr(0, all.size() - digest_bytes);
   const auto digest = digest_of(content);
   if (std::memcmp(digest.data(), all.data() + content.size(), digest_bytes) != 0)
-    damaged.refuse("it is damaged: its digest is another");
+    damaged.refuse("it is damaged: its digest does not match");
   ScoreBytes rest(path, content.substr(scores_magic.size()));
   if (rest.take<std::array<std::uint8_t, digest_bytes>>() != origin.digest ||
       rest.take<std::uint64_t>() != origin.queries)
-    rest.refuse("its store, descriptors, distance, classes or rules are others");
+    rest.refuse("its store, descriptors, distance, classes or rules differ");
   const auto begin = rest.take<std::uint64_t>(), end = rest.take<std::uint64_t>();
-  if (begin > end || end > origin.queries) rest.refuse("its range of queries is none");
+  if (begin > end || end > origin.queries) rest.refuse("its range of queries is invalid");
   for (std::uint64_t q = begin; q < end; ++q) {
-    if (taken[q] != 0) rest.refuse(fmt::format("query {} is in a file before it, too", q));
+    if (taken[q] != 0) rest.refuse(fmt::format("query {} is in an earlier file, too", q));
     taken[q] = 1;
     scores[q].scores = rest.take<RetrievalScores>();
     const auto count = rest.take<std::uint32_t>();
     for (std::uint32_t c = 0; c < count; ++c) {
       const auto nearest = rest.take<std::uint32_t>();
       const auto share = rest.take<double>();
-      if (nearest >= classes) rest.refuse(fmt::format("class {} of {}", nearest, classes));
+      if (nearest >= classes) rest.refuse(fmt::format("it has class {} of {}", nearest, classes));
       scores[q].nearest_classes.emplace_back(nearest, share);
     }
   }
@@ -129,10 +129,9 @@ std::vector<QueryScores> read_scores(std::span<const std::string> paths, const S
   if (missing != taken.end())
     throw RunError(
         RunError::Kind::unusable,
-        fmt::format(
-            "{0} of {1} queries are in none of the files of scores: the first is in shard i/n with i = "
-            "({2} n - 1) / {1}, rounded down",
-            std::count(taken.begin(), taken.end(), 0), taken.size(), missing - taken.begin() + 1));
+        fmt::format("{0} of {1} queries are missing from the files of scores: the first is in shard i/n with "
+                    "i = ({2} n - 1) / {1}, rounded down",
+                    std::count(taken.begin(), taken.end(), 0), taken.size(), missing - taken.begin() + 1));
   return scores;
 }
 

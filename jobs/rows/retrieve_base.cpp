@@ -11,7 +11,7 @@
 
 #include "jobs/cli/option_words.h"
 #include "jobs/cli/usage_error.h"
-#include "jobs/inputs/classification.h"
+#include "jobs/inputs/label_file.h"
 #include "jobs/inputs/store_items.h"
 #include "jobs/rows/descriptor_choice.h"
 

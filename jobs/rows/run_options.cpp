@@ -1,14 +1,12 @@
 #include "jobs/rows/run_options.h"
 
 #include <fmt/format.h>
-#include <oneapi/tbb/info.h>
 
 #include <algorithm>
 #include <filesystem>
 
 #include "io/store/run_array.h"
 #include "jobs/cli/option_words.h"
-#include "jobs/cli/units.h"
 #include "jobs/cli/usage_error.h"
 #include "jobs/inputs/input_options.h"
 #include "jobs/inputs/store_items.h"
@@ -73,7 +71,7 @@ void check_attributes(const RunOptions& options, std::vector<std::string>& probl
 }
 
 void add_running_options(Command running, RunOptions& options, RunOptionTexts& texts) {
-  add_budget_options(running, options, texts);
+  add_limit_options(running, options);
   running
       .add_option("--retry", texts.retry,
                   "Redo rows of a finished store: statuses, `changed` (the file has changed), `vanished` "
@@ -86,21 +84,6 @@ void add_running_options(Command running, RunOptions& options, RunOptionTexts& t
       "write nothing");
 }
 
-void add_report_options(Command report, RunOptions& options) {
-  add_progress_options(report, options);
-  report.add_flag("--stats", options.statistics, "Print items, time and bytes of each node of the graph");
-}
-
-void resolve_budgets(RunOptions& options, const RunOptionTexts& texts, std::vector<std::string>& problems) {
-  const Budgets budgets = parse_budgets(texts.memory, texts.timeout, problems);
-  options.memory_bytes = budgets.memory_bytes;
-  options.timeout_seconds = budgets.timeout_seconds;
-}
-
-void choose_threads(RunOptions& options) {
-  if (options.threads == 0) options.threads = std::max(1, oneapi::tbb::info::default_concurrency());
-}
-
 void resolve_retry(RunOptions& options, const RunOptionTexts& texts, std::vector<std::string>& problems) {
   for (const std::string& word : texts.retry)
     if (!add_retry_word(word, options.retry))
@@ -111,29 +94,11 @@ void resolve_retry(RunOptions& options, const RunOptionTexts& texts, std::vector
 
 }  // namespace
 
-void add_budget_options(Command running, RunOptions& options, RunOptionTexts& texts) {
-  running.add_option("-j,--threads", options.threads, "Threads, up to 1024 (0: all available)")
-      .show_default()
-      .range(0, 1024);
-  running.add_option("--memory", texts.memory, "Memory budget of the whole process").show_default();
-  running.add_flag("--allow-oversize", options.allow_oversize,
-                   "Process a model that exceeds the memory budget, on its own");
-  running
-      .add_option("--timeout", texts.timeout,
-                  "Time limit for work on one model, waiting excluded (ms, s, m, h); 0: none")
-      .show_default();
+void add_limit_options(Command running, RunOptions& options) {
+  add_budget_options(running, options);
   running
       .add_option("--max-failures", options.max_failures, "Stop once more than this many items have failed")
       .show_default("no limit");
-}
-
-void add_progress_options(Command report, RunOptions& options) {
-  report
-      .add_option("--progress", options.progress,
-                  "Progress on standard error; auto: a bar on a terminal, plain lines otherwise")
-      .show_default()
-      .one_of({"auto", "bar", "plain", "json", "none"});
-  report.add_flag("--json", options.json, "The summary as JSON on standard output");
 }
 
 void add_older_store_options(Command running, RunOptions& options) {
@@ -184,7 +149,9 @@ Command add_run_command(Command& program, RunOptions& options, RunOptionTexts& t
                    "The number of the task (default: what the scheduler's variables say)");
   add_task_options(array, shard.offset, shard.shards_a_task);
   array.add_option("--scratch", shard.scratch, "A folder of this machine for work that is not finished");
-  add_report_options(command.under("Report"), options);
+  Command report = command.under("Report");
+  add_progress_options(report, options);
+  report.add_flag("--stats", options.statistics, "Print items, time and bytes of each node of the graph");
   return command;
 }
 
@@ -213,13 +180,6 @@ std::string words_of(const RetryOptions& retry) {
   return words;
 }
 
-void resolve_budget_options(RunOptions& options, const RunOptionTexts& texts) {
-  std::vector<std::string> problems;
-  resolve_budgets(options, texts, problems);
-  choose_threads(options);
-  if (!problems.empty()) throw UsageError(fmt::format("{}", fmt::join(problems, "\n")));
-}
-
 void resolve_run_options(RunOptions& options, const RunOptionTexts& texts, const Laboratory* laboratory) {
   std::vector<std::string> problems;
   SampleParameters& sample = options.sample;
@@ -242,12 +202,11 @@ void resolve_run_options(RunOptions& options, const RunOptionTexts& texts, const
     for (const std::string& problem :
          require_laboratory(laboratory, "--certify").certificate_problems(sample))
       problems.push_back(problem);
-  resolve_budgets(options, texts, problems);
+  resolve_work_options(options, problems);
   resolve_retry(options, texts, problems);
   if (!options.reuse.empty() && sample.tensor.kind == TensorKind::table)
     problems.push_back("--reuse identifies rows by their mesh alone, not by the tensors of `--tensor file:`");
   if (options.fresh && !texts.retry.empty()) problems.push_back("--fresh discards what --retry would keep");
-  choose_threads(options);
   if (!problems.empty()) throw UsageError(fmt::format("{}", fmt::join(problems, "\n")));
   options.parameters_json = recorded_parameters(options);
 }

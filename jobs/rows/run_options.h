@@ -9,6 +9,7 @@
 #include "io/store/store.h"
 #include "jobs/cli/settings.h"
 #include "jobs/cli/usage_error.h"
+#include "jobs/cli/work_options.h"
 #include "jobs/inputs/inputs.h"
 #include "kernels/model/sample_parameters.h"
 #include "pipeline/sampling_graph.h"
@@ -29,7 +30,7 @@ bool add_retry_word(const std::string& word, RetryOptions& retry);
 // All words, each once, separated by commas; empty when there is nothing to do again.
 std::string words_of(const RetryOptions& retry);
 
-struct RunOptions {
+struct RunOptions : WorkOptions {
   std::vector<std::string> inputs;
   std::string store;
   SampleParameters sample;
@@ -37,18 +38,12 @@ struct RunOptions {
   std::uint32_t left_out = 0;  // sample columns that are not stored, see StoreColumns
   Compression compression = Compression::standard;
   InputOptions collect;  // how the inputs are read
-  int threads = 0;       // 0: as many as the machine (or its cgroup) gives
-  std::uint64_t memory_bytes = std::uint64_t{4} << 30;
-  std::uint64_t model_bytes = 0;  // of memory_bytes, what memory_for_models leaves
-  bool allow_oversize = false;
-  double timeout_seconds = 120;  // 0: none
   std::uint64_t max_failures = ~std::uint64_t{0};
   RetryOptions retry;
   std::string reuse;
   StoreCheck check = StoreCheck::every_byte;  // of a finished store and of reuse
-  bool fresh = false, dry_run = false, json = false, statistics = false;
-  std::string progress = "auto";  // auto|bar|plain|json|none
-  std::string parameters_json;    // all effective parameters that decide the rows, one line of JSON
+  bool fresh = false, dry_run = false, statistics = false;
+  std::string parameters_json;  // all effective parameters that decide the rows, one line of JSON
 };
 
 // The columns of the store of these options, once they are resolved.
@@ -60,16 +55,13 @@ std::string recorded_parameters(const RunOptions& options);
 // What the command line gave and resolve turns into RunOptions.
 struct RunOptionTexts {
   SettingOptions settings;
-  std::string memory = "4G", timeout = "120s";
   std::vector<std::string> retry;
   std::vector<std::string> stored;  // --store
   std::string folder;  // that a relative path of --tensor file:PATH begins in; empty: the working folder
 };
 
-// Options that other commands share. Threads, memory, time and failures.
-void add_budget_options(Command running, RunOptions& options, RunOptionTexts& texts);
-// --progress and --json.
-void add_progress_options(Command report, RunOptions& options);
+// The options of add_budget_options (jobs/cli/work_options.h), and --max-failures.
+void add_limit_options(Command running, RunOptions& options);
 
 // The inputs, the store, and everything that decides its rows.
 void add_store_options(Command& command, RunOptions& options, RunOptionTexts& texts);
@@ -90,8 +82,6 @@ void add_task_options(Command& array, int& offset, std::uint64_t& shards_a_task)
 
 // Adds the subcommand with its options.
 Command add_run_command(Command& program, RunOptions& options, RunOptionTexts& texts, ShardOptions& shard);
-// Threads and memory alone, as resolve_run_options does it.
-void resolve_budget_options(RunOptions& options, const RunOptionTexts& texts);
 // Of attributes that were named without their kind: see choose_kinds.
 void choose_attribute_kinds(RunOptions& options, const StoreColumns* known, std::span<const PlanItem> items);
 // Throws UsageError with every problem at once; also when an option needs the laboratory and there is none.

@@ -18,8 +18,11 @@
 #include "io/json_writer.h"
 #include "io/parameters_text.h"
 #include "jobs/cli/command_line.h"
+#include "jobs/cli/output_guard.h"
 #include "jobs/cli/usage_error.h"
-#include "jobs/run/plan_options.h"
+#include "jobs/inputs/input_options.h"
+#include "jobs/inputs/label_file.h"
+#include "jobs/run/array_script.h"
 
 namespace meander {
 
@@ -39,11 +42,10 @@ fs::path report_path(const std::string& store, std::size_t shard) {
 // The archives of a shard, each listed once.
 class OpenArchives {
  public:
-  // Empty where the archive, or the member, is gone: the item is then read as a file, and its row says that
-  // there is none.
-  // `inner`: the name of the archive in the archive that the member is in; empty: of none.
+  // Empty where the archive or the member is gone: the item is then read as a file, and its row says that the
+  // file is missing. `inner`: the name of the archive that has the member, inside the one at `path`; or "".
   PackedFile find(const std::string& path, const std::string& inner, const std::string& member) {
-    const std::shared_ptr<const Archive> archive = inner.empty() ? open(path) : open(path, inner);
+    const std::shared_ptr<const Archive> archive = open(path, inner);
     if (!archive) return {};
     for (std::size_t m = 0; m < archive->members().size(); ++m)
       if (archive->members()[m].name == member) return {archive, m};
@@ -51,35 +53,33 @@ class OpenArchives {
   }
 
  private:
-  std::shared_ptr<const Archive> open(const std::string& path) {
-    auto& archive = archives_[path];
-    try {
-      if (!archive) archive = std::make_shared<const Archive>(path);
-    } catch (const ItemError&) {
-    }
-    return archive;
-  }
-  std::shared_ptr<const Archive> open(const std::string& path, const std::string& name) {
-    auto& archive = inner_archives_[{path, name}];
+  std::shared_ptr<const Archive> open(const std::string& path, const std::string& inner) {
+    std::shared_ptr<const Archive>& archive = archives_[{path, inner}];
     if (archive) return archive;
-    const std::shared_ptr<const Archive> outer = open(path);
-    const auto member = outer ? outer->find(name) : std::nullopt;
+    const std::shared_ptr<const Archive> outer = inner.empty() ? nullptr : open(path, "");
+    const auto member = outer ? outer->find(inner) : std::nullopt;
     try {
+      if (inner.empty()) archive = std::make_shared<const Archive>(path);
       if (member) archive = std::make_shared<const Archive>(outer, *member);
     } catch (const ItemError&) {
     }
     return archive;
   }
 
-  std::map<std::string, std::shared_ptr<const Archive>> archives_;
-  std::map<std::pair<std::string, std::string>, std::shared_ptr<const Archive>> inner_archives_;
+  std::map<std::pair<std::string, std::string>, std::shared_ptr<const Archive>> archives_;
 };
 
 }  // namespace
 
+void check_run_outputs(const RunOptions& options, const Inputs& inputs) {
+  std::vector<fs::path> read = input_files(options.inputs, inputs.items);
+  for (const std::string& labels : options.collect.labels) read.push_back(path_of_labels(labels));
+  check_run_outputs(options.store, options.fresh, read);
+}
+
 double estimated_seconds(std::uint64_t bytes, const SampleParameters& parameters) {
   constexpr double an_item = 1e-3, a_sample = 0.4e-6;
-  // Measured over collections of OFF and OBJ files, some 30 bytes a face.
+  // Measured on collections of OFF and OBJ files with some 30 bytes per face.
   const double a_byte = parameters.method == MethodChoice::anisotropic ? 1e-7
                         : method_of(parameters).makes_charts           ? 4e-8
                                                                        : 1.2e-8;
@@ -100,7 +100,7 @@ std::vector<ArrayShard> cut_into_shards(std::span<const double> costs, std::size
       double cost = 0;
       const std::uint64_t end = std::min<std::uint64_t>(row + block, costs.size());
       for (std::uint64_t r = row; r < end; ++r) cost += costs[r];
-      // Blocks go where they miss the share least.
+      // A block goes to the shard whose cost it brings closer to its share.
       const bool last = s + 1 == shards;
       if (!last && shard.cost > 0 && shard.cost + 0.5 * cost > share) break;
       shard.cost += cost;
@@ -120,8 +120,8 @@ std::size_t shards_of_minutes(std::span<const double> costs, double minutes, int
   return static_cast<std::size_t>(std::clamp(shards, 1.0, std::max(1.0, static_cast<double>(costs.size()))));
 }
 
-std::uint64_t shards_per_task(std::uint64_t shards, std::uint64_t most_tasks) {
-  return std::max<std::uint64_t>(1, (shards + most_tasks - 1) / most_tasks);
+std::uint64_t shards_per_task(std::uint64_t shards, std::uint64_t max_tasks) {
+  return std::max<std::uint64_t>(1, (shards + max_tasks - 1) / max_tasks);
 }
 
 std::vector<std::size_t> tasks_of_shards(std::span<const std::size_t> ascending,
@@ -137,7 +137,7 @@ std::vector<std::size_t> tasks_of_shards(std::span<const std::size_t> ascending,
 
 namespace {
 
-// Gaps of up to `closed` numbers count as no gap.
+// Gaps of up to `closed` numbers are closed.
 std::string expression_over_gaps(std::span<const std::size_t> ascending, std::size_t closed) {
   std::string text;
   for (std::size_t i = 0; i < ascending.size();) {
@@ -152,13 +152,13 @@ std::string expression_over_gaps(std::span<const std::size_t> ascending, std::si
 
 }  // namespace
 
-std::string array_expression(std::span<const std::size_t> ascending, std::size_t most_bytes) {
+std::string array_expression(std::span<const std::size_t> ascending, std::size_t max_bytes) {
   std::string text = expression_over_gaps(ascending, 0);
-  if (text.size() <= most_bytes) return text;
+  if (text.size() <= max_bytes) return text;
   std::size_t too_few = 0, enough = ascending.back() - ascending.front();  // one range
   while (enough - too_few > 1) {
     const std::size_t closed = too_few + (enough - too_few) / 2;
-    (expression_over_gaps(ascending, closed).size() <= most_bytes ? enough : too_few) = closed;
+    (expression_over_gaps(ascending, closed).size() <= max_bytes ? enough : too_few) = closed;
   }
   return expression_over_gaps(ascending, enough);
 }
@@ -200,7 +200,7 @@ std::vector<PlanItem> read_shard_items(const fs::path& folder, const StoreHeader
     item.row = items.size() - 1;
     item.id = json.text("id").value_or("");
     if (item.row >= header.ids.size() || item.id != header.ids[item.row])
-      refuse_items(path, fmt::format("line {} is not of the item that the plan has", items.size()));
+      refuse_items(path, fmt::format("line {} does not match the item of the plan", items.size()));
     item.path = unescape_id(json.text("path").value_or(""));
     if (const auto archive = json.text("archive"))
       item.packed = archives.find(unescape_id(*archive), unescape_id(json.text("inner").value_or("")),
@@ -209,7 +209,7 @@ std::vector<PlanItem> read_shard_items(const fs::path& folder, const StoreHeader
     item.known_format = known == json.members().end() || known->second != "false";
     const std::int64_t format = json.integer("format").value_or(0);
     if (format < 0 || format > static_cast<std::int64_t>(MeshFormat::gltf))
-      refuse_items(path, fmt::format("line {} has the format {}, which is none", items.size(), format));
+      refuse_items(path, fmt::format("line {} has the unknown format {}", items.size(), format));
     item.format = static_cast<MeshFormat>(format);
     item.folders_above = static_cast<std::uint32_t>(
         std::clamp<std::int64_t>(json.integer("folders_above").value_or(1), 0, 65535));
@@ -218,8 +218,34 @@ std::vector<PlanItem> read_shard_items(const fs::path& folder, const StoreHeader
     item.label = header.labels[item.row];
     item.split = header.split(item.row);
   }
-  if (items.size() != header.ids.size()) refuse_items(path, "items are missing at its end");
+  if (items.size() != header.ids.size()) refuse_items(path, "it ends too early");
   return items;
+}
+
+void add_plan_command(Command& program, PlanOptions& options, RunOptionTexts& texts) {
+  Command command = program.add_subcommand("plan", "Divide a run among many processes or machines");
+  add_store_options(command, options.run, texts);
+  Command array = command.under("Array");
+  array.add_option("--shards", options.shards, "Number of shards, or auto: by --per-shard-minutes")
+      .show_default();
+  array
+      .add_option("--per-shard-minutes", options.minutes_per_shard,
+                  "Minutes that auto aims at per shard, on the threads of -j (default 1), 0.01 to 10000")
+      .show_default()
+      .range(0.01, 10000.0);
+  array
+      .add_option("--max-array", options.max_tasks,
+                  "Maximum tasks of an array (Slurm: MaxArraySize); with more shards, each task does several")
+      .show_default()
+      .range(std::uint64_t{1}, std::uint64_t{4000001});
+  array
+      .add_option("--emit", options.emit,
+                  "Print a script that runs the array with this program, by its absolute path")
+      .one_of(script_schedulers());
+  Command running = command.under("Running");
+  add_limit_options(running, options.run);
+  add_older_store_options(running, options.run);
+  add_progress_options(command.under("Report"), options.run);
 }
 
 RunOptions planned_options(const RunArray& array, const StoreHeader& header, const Laboratory* laboratory) {
@@ -258,17 +284,16 @@ std::string store_of_array(const std::string& path) {
 }
 
 void write_shard_report(const std::string& store, std::size_t shard, const ShardReport& report) {
-  JsonWriter json;
-  json.begin_object();
-  json.member("rows", report.rows);
-  json.member("failed", report.failed);
-  json.member("seconds", report.seconds);
-  json.member("threads", report.threads);
-  json.member("ended_unix_time", report.ended_unix_time);
-  json.member("host", report.host);
-  json.member("build", report.build);
-  json.end_object();
-  replace_file(report_path(store, shard), json.text() + "\n", FullDisk::stops_run);
+  const std::string text = json_object([&](JsonWriter& json) {
+    json.member("rows", report.rows);
+    json.member("failed", report.failed);
+    json.member("seconds", report.seconds);
+    json.member("threads", report.threads);
+    json.member("ended_unix_time", report.ended_unix_time);
+    json.member("host", report.host);
+    json.member("build", report.build);
+  });
+  replace_file(report_path(store, shard), text + "\n", FullDisk::stops_run);
 }
 
 std::optional<ShardReport> read_shard_report(const std::string& store, std::size_t shard) {

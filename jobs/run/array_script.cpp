@@ -17,9 +17,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// The signal at the limit goes to the shell, which hands it on; a command in the foreground would be
-// orphaned. Exit code 75: again; everything else is final. A task that somebody cancels gets the same signal,
-// but Slurm no longer counts it as running: it is not put back into the queue.
+// At the time limit Slurm signals the shell, which passes the signal on; a command in the foreground would be
+// orphaned. Exit code 75 means again, every other one is final. A canceled task gets the same signal, but
+// Slurm no longer counts it as running, so it is not put back into the queue.
 constexpr const char* slurm_script = R"script(#!/bin/bash
 #SBATCH --job-name=meander
 #SBATCH --array=0-@LAST@
@@ -40,7 +40,7 @@ fi
 exit $rc
 )script";
 
-// The paths go by variables: parallel would replace a {} in its command line, and line ends there mean more.
+// The paths are passed in variables: in its command line parallel would replace {} and interpret line ends.
 constexpr const char* parallel_script = R"script(#!/bin/sh
 # One task at a time on each machine; `--sshloginfile hosts.txt` uses several. Run it again to continue.
 # It needs GNU parallel, and nothing else. @SHARDS@ shards, @EACH@ a task.
@@ -92,7 +92,7 @@ constexpr std::array<Scheduler, 3> schedulers = {{{"slurm", slurm_script, shell_
                                                   {"parallel", parallel_script, shell_word},
                                                   {"kubernetes", kubernetes_script, kubernetes_word}}};
 
-// In one pass: a path may contain what looks like a name.
+// Fills all values in by one pass, since a path may contain the name of a value.
 std::string filled(std::string_view text,
                    const std::vector<std::pair<std::string_view, std::string>>& values) {
   std::string result;
@@ -136,7 +136,7 @@ fs::path running_program() {
   std::error_code error;
   const fs::path path = fs::read_symlink("/proc/self/exe", error);
   if (error || !fs::is_regular_file(path, error))
-    throw UsageError(fmt::format("--emit: where this program is cannot be told: {}",
+    throw UsageError(fmt::format("--emit: the path of this program is not known: {}",
                                  error ? error.message() : path.string()));
   return path;
 }
@@ -160,7 +160,7 @@ std::string kubernetes_word(const std::string& text) {
       throw UsageError(fmt::format("--emit kubernetes: `{}` is not UTF-8 and cannot be named there", text));
     const std::string_view one = rest.substr(0, bytes);
     rest.remove_prefix(bytes);
-    // YAML takes control characters, and what it counts as line ends, for something else than themselves.
+    // YAML does not keep control characters, and the characters that it counts as line ends, as they are.
     const unsigned char first = static_cast<unsigned char>(one.front());
     if (bytes == 1 && (first < 0x20 || first == 0x7F))
       word += fmt::format("\\u{:04X}", first);

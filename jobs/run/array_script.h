@@ -8,28 +8,27 @@
 
 namespace meander {
 
-// What a script is to run. A scheduler starts it in a folder, and with variables, of its own: both paths are
-// absolute.
+// The run of a script. Both paths are absolute, since a scheduler starts the script in a folder of its own.
 struct ArrayScript {
   std::filesystem::path program, store;
   std::uint64_t shards = 1, shards_per_task = 1;
 };
 
-// The schedulers that there are scripts for.
+// The schedulers that have scripts.
 std::vector<std::string> script_schedulers();
 
-// The script for one of them. Throws UsageError where it cannot name a path: Kubernetes takes UTF-8 alone.
+// The script for one of them. Throws UsageError when it cannot name a path: Kubernetes accepts only UTF-8.
 std::string array_script(const std::string& scheduler, const ArrayScript& run);
 
-// The file of the program that this process runs, absolute and without links, however it was started. Throws
-// UsageError where it is not known: it was replaced or removed meanwhile, or there is no /proc.
+// The file of the running program, absolute and without links. Throws UsageError when it is not known,
+// because it was replaced or removed meanwhile, or there is no /proc.
 std::filesystem::path running_program();
 
-// The text as one word of a shell: in single quotes where any character needs them.
+// The text as one word of a shell, in single quotes if any character needs them.
 std::string shell_word(const std::string& text);
 
-// The text, UTF-8, as a string that JSON and YAML read alike. Kubernetes replaces $(NAME) in commands, so a $
-// is doubled.
+// The UTF-8 text as a string that JSON and YAML read alike. Every $ is doubled, since Kubernetes replaces
+// $(NAME) in commands.
 std::string kubernetes_word(const std::string& text);
 
 }  // namespace meander

@@ -28,7 +28,7 @@ std::string key_of(const std::array<std::uint8_t, 32>& content, MeshFormat forma
 
 ReusableRows::ReusableRows(const std::string& path, StoreCheck check, const StoreHeader& header)
     : store_(path, check) {
-  if (const std::string otherwise = made_otherwise(store_, header); !otherwise.empty())
+  if (const std::string otherwise = parameter_mismatch(store_, header); !otherwise.empty())
     throw UsageError("--reuse: `" + path + "` was made with other parameters: " + otherwise);
   const std::vector<std::string> ids = store_.header().ids;
   for (std::uint64_t row = 0; row < store_.rows(); ++row) {
@@ -45,12 +45,12 @@ std::optional<CopiedRow> ReusableRows::find(const std::array<std::uint8_t, 32>& 
   if (at == rows_.end()) return std::nullopt;
   try {
     CopiedRow found = store_.copy_row(at->second);
-    // Once to see that it can be read, some blocks at a time: while it is written it would be too late.
+    // The row is read once, some blocks at a time: a failure while it is written would come too late.
     constexpr std::uint64_t step = 1 << 18;
     for (std::uint64_t begin = 0; found.blocks && begin < store_.samples(); begin += step)
       found.blocks(begin, std::min<std::uint64_t>(begin + step, store_.samples()));
     return found;
-  } catch (const RunError&) {  // the disk of the older store fails: sampled anew, the row has the same bytes
+  } catch (const RunError&) {  // the older store cannot be read: the item is sampled, with the same bytes
     return std::nullopt;
   }
 }

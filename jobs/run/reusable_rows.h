@@ -1,4 +1,4 @@
-// Rows of an older store that need not be made again.
+// Rows of an older store that a run copies instead of making them again.
 #pragma once
 
 #include <array>
@@ -12,16 +12,16 @@
 
 namespace meander {
 
-// Rows of a finished store by content and format, for --reuse: the same bytes under the name of another
-// format are another model, or none. Rows are only what the same parameters and the same seed made, and never
-// a status that depends on the machine.
+// The rows of a finished store by content and format, for --reuse: the same bytes with the extension of
+// another format are another model. Only rows of the same parameters and seed are reused, and none with a
+// status that depends on the machine.
 class ReusableRows {
  public:
   // Throws UsageError when the store at `path` was made with other parameters than those of `header`.
   ReusableRows(const std::string& path, StoreCheck check, const StoreHeader& header);
 
-  // The row of this content, read as a file of this format, while this object is there. Nothing where there
-  // is none, or it cannot be read. Thread-safe.
+  // The row of this content in a file of this format, valid as long as this object; empty when there is none
+  // or it cannot be read. Thread-safe.
   std::optional<CopiedRow> find(const std::array<std::uint8_t, 32>& content, MeshFormat format) const;
 
  private:

@@ -1,4 +1,4 @@
-// meander run: from files to one store.
+// meander run samples files into one store.
 #include <fmt/format.h>
 #include <oneapi/tbb/global_control.h>
 
@@ -12,11 +12,9 @@
 #include "jobs/cli/command_line.h"
 #include "jobs/cli/exit_status.h"
 #include "jobs/cli/jobs.h"
-#include "jobs/cli/output_guard.h"
 #include "jobs/cli/usage_error.h"
 #include "jobs/inputs/input_options.h"
 #include "jobs/inputs/inputs.h"
-#include "jobs/inputs/label_file.h"
 #include "jobs/inputs/store_items.h"
 #include "jobs/rows/attribute_types.h"
 #include "jobs/rows/descriptor_choice.h"
@@ -27,7 +25,6 @@
 #include "jobs/rows/run_options.h"
 #include "jobs/rows/run_summary.h"
 #include "jobs/rows/store_update.h"
-#include "jobs/rows/tensor_files.h"
 #include "jobs/run/array_plan.h"
 #include "jobs/run/reusable_rows.h"
 #include "jobs/run/shard_run.h"
@@ -37,8 +34,8 @@ namespace meander {
 
 namespace {
 
-// One run, step by step: whatever is unfinished is finished first, then the finished store is compared with
-// the inputs and brought up to date.
+// One run: unfinished work is finished first, then the finished store is compared with the inputs and brought
+// up to date.
 class RunJob {
  public:
   RunJob(RunOptions& options, const Laboratory* laboratory, const StageHook& hook)
@@ -51,25 +48,19 @@ class RunJob {
     if (!options_.fresh) {
       if (read_run_array(options_.store))
         throw UsageError(
-            fmt::format("`{0}.run` is divided among many processes: `meander run {0}.run` works on a shard, "
-                        "`meander status` and `meander merge` do the rest, --fresh discards it",
+            fmt::format("`{0}.run` is divided among many processes: continue with `meander run {0}.run`, "
+                        "`meander status {0}.run` and `meander merge {0}.run`, or discard it with --fresh",
                         options_.store));
       unfinished = read_run_plan(options_.store);
       options_.collect.remembered_root = earlier_root(unfinished);
     }
-    inputs_ = collect_inputs(options_.inputs, options_.collect);
-    print_unread(inputs_.notes);
-    plan_tensor_files(options_.sample.tensor, inputs_.items);
-    if (inputs_.items.empty()) throw UsageError("no mesh file (" + mesh_extensions() + ") in the input");
+    inputs_ = collect_run_inputs(options_);
     if (retry_.vanished && !inputs_.notes.unread.empty())
       throw UsageError(
-          "--retry vanished: items in folders that could not be read may still exist; make the folders "
-          "readable first");
+          "--retry vanished: items in unread folders may still exist; make the folders readable first");
     if (options_.dry_run && options_.json)
-      throw UsageError("--dry-run prints a table, --json a summary of what was done: give one of them");
-    std::vector<std::filesystem::path> read = input_files(options_.inputs, inputs_.items);
-    for (const std::string& labels : options_.collect.labels) read.push_back(path_of_labels(labels));
-    check_run_outputs(options_.store, options_.fresh, read);
+      throw UsageError("--dry-run prints a plan and --json a summary of a run: give one of them");
+    check_run_outputs(options_, inputs_);
     choose_kinds(unfinished);
     header_ = run_header(options_, inputs_, laboratory_);
     options_.model_bytes = memory_for_models(options_.memory_bytes, header_, options_.sample,
@@ -90,14 +81,14 @@ class RunJob {
   }
 
  private:
-  // What the ids of the rows that are there are relative to. Versions that wrote no root into the plan of an
-  // update left it to the store.
+  // The root that the ids of existing rows are relative to. Earlier versions wrote none into the plan of an
+  // update, where the root is that of the store.
   std::string earlier_root(const std::optional<RunPlan>& unfinished) const {
     if (unfinished && (!unfinished->root.empty() || !retry_of(unfinished->purpose))) return unfinished->root;
     return remembered_root(options_.store);
   }
 
-  // A store keeps the kinds of its columns, whatever its models were when they were chosen.
+  // Chooses the kinds of columns. An existing store keeps its own, whatever its models are now.
   void choose_kinds(const std::optional<RunPlan>& unfinished) {
     if (!has_open_kinds(options_.sample.attributes)) return;
     std::optional<StoreColumns> known;
@@ -108,7 +99,7 @@ class RunJob {
     choose_attribute_kinds(options_, known ? &*known : nullptr, inputs_.items);
   }
 
-  // What is to be done with the store that is there, if any.
+  // Prints what would be done with an existing store.
   void print_update(const std::optional<RunPlan>& unfinished) {
     if (unfinished) {
       require_own_run(*unfinished);
@@ -116,9 +107,9 @@ class RunJob {
           !otherwise.empty())
         throw UsageError(
             fmt::format("`{}.run` was begun otherwise: {} (--fresh begins anew)", options_.store, otherwise));
-      fmt::print("an unfinished run of {} models is continued: those that are done are kept\n",
+      fmt::print("an unfinished run of {} models would be continued: finished rows are kept\n",
                  unfinished->header.ids.size());
-      if (!retry_of(unfinished->purpose)) return;  // it replaces the store, or there is none yet
+      if (!retry_of(unfinished->purpose)) return;  // the run replaces the store, or there is none yet
     }
     if (options_.fresh || !std::filesystem::exists(options_.store)) return;
     const StoreReader store(options_.store, take_check());
@@ -139,7 +130,7 @@ class RunJob {
           "{} changed since they were sampled: {}\n", compared.changed.size(),
           options_.retry.changed ? "they would be sampled again" : "--retry changed samples them again");
     if (!compared.vanished.empty())
-      fmt::print("{} of the store are no inputs now: {}\n", compared.vanished.size(),
+      fmt::print("{} of the store are no longer in the input: {}\n", compared.vanished.size(),
                  options_.retry.vanished ? "their rows would be removed" : "their rows would be kept");
   }
 
@@ -166,15 +157,15 @@ class RunJob {
     return exit_done;
   }
 
-  // What an earlier process left unfinished is continued, if it is the work of this command. What may have
-  // killed that process is tried at once, before anything starts a thread.
+  // Checks that unfinished work is that of this command, and tries the items that may have killed its
+  // process, before anything starts a thread.
   void look_at_unfinished_run(const RunPlan& unfinished) const {
     require_own_run(unfinished);
     try_suspects(planned_store(continued(unfinished), inputs_.items, nullptr, {}, {}),
                  {options_, hook_, {}, nullptr});
   }
 
-  // Throws UsageError where another command, or other inputs, began it.
+  // Throws UsageError when another command began the run, or the inputs were others.
   void require_own_run(const RunPlan& unfinished) const {
     if (!retry_of(unfinished.purpose) && unfinished.purpose != purpose_sample &&
         unfinished.purpose != purpose_replace)
@@ -182,8 +173,8 @@ class RunJob {
                                    options_.store, unfinished.purpose));
     if (!unfinished.header.ids.empty() && !has_input_of(unfinished))
       throw UsageError(
-          fmt::format("`{}.run` was begun with other inputs: its items look like `{}`, those of this "
-                      "command like `{}` (give the same INPUT, or --fresh)",
+          fmt::format("`{}.run` was begun with other inputs: its items look like `{}`, those of this command "
+                      "like `{}` (give the same INPUT, or --fresh)",
                       options_.store, unfinished.header.ids.front(), inputs_.items.front().id));
     if (!unfinished.root.empty() && unfinished.root != inputs_.root && !has_new_input_of(unfinished))
       throw UsageError(
@@ -192,8 +183,8 @@ class RunJob {
                       options_.store, unfinished.root, inputs_.root.string()));
   }
 
-  // Under another root the rows of the store may have inputs here by chance, or by an earlier root, while
-  // those that were to join it have none.
+  // Whether the input has an item that was to join the store. With another root, the rows of the store may
+  // have inputs here by chance or by an earlier root, while the new rows have none.
   bool has_new_input_of(const RunPlan& unfinished) const {
     if (!retry_of(unfinished.purpose)) return true;
     const StoreReader store(options_.store, StoreCheck::none);
@@ -203,8 +194,8 @@ class RunJob {
     return added.header.ids.empty() || has_input_of(added);
   }
 
-  // Rows whose input is gone become `unreadable`, so that a run ends though files vanish meanwhile. Where all
-  // are gone the command is another one. Both lists ascend.
+  // Whether the input has an item of the run. Rows whose input is gone become `unreadable`, so that a run
+  // ends though files vanish meanwhile; a command without any of them is another one. Both lists ascend.
   bool has_input_of(const RunPlan& unfinished) const {
     auto item = inputs_.items.begin();
     for (const std::string& id : unfinished.header.ids) {
@@ -214,23 +205,22 @@ class RunJob {
     return false;
   }
 
-  // One process checks the bytes of its store once.
+  // A process checks the bytes of its store once.
   StoreCheck take_check() { return std::exchange(check_, StoreCheck::none); }
 
   void require_same_parameters(const StoreReader& store) const {
-    if (const std::string otherwise = made_otherwise(store, header_); !otherwise.empty())
+    if (const std::string otherwise = parameter_mismatch(store, header_); !otherwise.empty())
       throw UsageError(
-          fmt::format("`{}` was made with other parameters: {} (--fresh replaces it, or choose "
-                      "another name)",
+          fmt::format("`{}` was made with other parameters: {} (--fresh replaces it, or choose another name)",
                       options_.store, otherwise));
     if (!store.label_names().empty() && header_.label_names.empty())
-      throw UsageError(fmt::format(
-          "`{}` has labels and this command gives none: repeat the option that gave them (--fresh "
-          "replaces the store)",
-          options_.store));
+      throw UsageError(
+          fmt::format("`{}` has labels, but this command gives none: repeat the option that gave them, or "
+                      "replace the store with --fresh",
+                      options_.store));
   }
 
-  // The plan that was begun, with what the present command says of everything but the items.
+  // The plan that was begun: its items, with the present command's parameters.
   RunPlan continued(const RunPlan& begun) const {
     RunPlan plan{header_, begun.purpose, begun.root};
     plan.header.ids = begun.header.ids;
@@ -240,7 +230,7 @@ class RunJob {
     return plan;
   }
 
-  // Continued from another list, it must find the same ids.
+  // Plans an update. It keeps the root, so that a run that is continued from another list finds the same ids.
   RunPlan plan_of_update(const StoreReader& store, const StoreComparison& compared,
                          const RetryOptions& retry) const {
     RunPlan plan = plan_update(store, header_, compared, retry);
@@ -256,7 +246,7 @@ class RunJob {
       };
     if (!make_planned_store(planned, parameters, outcome_)) return false;
     made_ = true;
-    check_ = StoreCheck::none;  // sealed a moment ago
+    check_ = StoreCheck::none;  // this process has just written it
     return true;
   }
 
@@ -269,7 +259,7 @@ class RunJob {
     write_failed_list(options_, outcome_.summary, [&](std::uint64_t row) { return planned.items[row].path; });
   }
 
-  // A store from nothing, or the rest of one. False when it was stopped.
+  // Makes a new store, or the rest of an unfinished one. False when it was stopped.
   bool sample_anew(const std::optional<RunPlan>& unfinished) {
     const bool replaces = std::filesystem::exists(options_.store);
     if (unfinished) inputs_since_ = std::min(inputs_since_, run_begun(options_.store));
@@ -281,9 +271,9 @@ class RunJob {
     return make_store(planned_store(plan, inputs_.items, nullptr, {}, {}), nullptr);
   }
 
-  // Compares the finished store with the inputs, samples new items and what --retry asks for, until none is
-  // left, then reports what the store holds. Ends: only the first round has rows to try again, and the list
-  // of inputs was made once.
+  // Compares the finished store with the inputs and samples new items, and those of --retry, until none is
+  // left; then reports what the store holds. The loop ends, because only its first round retries rows, and
+  // the list of inputs does not change.
   int bring_up_to_date(std::optional<RunPlan> unfinished) {
     for (;;) {
       const std::unique_ptr<StoreReader> opened =
@@ -301,9 +291,9 @@ class RunJob {
       if (!unfinished || words_of(retry) == words_of(retry_)) retry_ = {};
       unfinished.reset();
       outcome_.added += compared.added.size();
-      // Changed rows that stay as they are must be noticed the next time, too.
+      // Changed rows that are kept must be noticed again the next time.
       known_since_ = compared.changed.empty() || retry.changed ? inputs_since_ : since;
-      outcome_.builds.merge(read_run_report(options_.store).builds);  // those of the rows that stay
+      outcome_.builds.merge(read_run_report(options_.store).builds);  // of the rows that are kept
       if (!make_store(planned, &store)) return exit_stopped;
     }
   }
@@ -333,14 +323,14 @@ class RunJob {
   RunOptions& options_;
   const Laboratory* laboratory_;
   const StageHook& hook_;
-  // File systems keep coarser times than the system clock.
+  // Two seconds earlier, since the times of file systems are coarser than the system clock.
   TimePoint inputs_since_ = std::chrono::system_clock::now() - std::chrono::seconds(2);
   std::optional<TimePoint> known_since_;  // once this process has made the store
   RetryOptions retry_ = options_.retry;   // what is still to be tried again
   StoreCheck check_ = options_.check;
   bool made_ = false;
-  std::unique_ptr<StoreReader>
-      made_store_;  // the store that was just made, until it is compared with the inputs
+  // The store that was just made, until it is compared with the inputs.
+  std::unique_ptr<StoreReader> made_store_;
   Inputs inputs_;
   StoreHeader header_;
   RunOutcome outcome_;
@@ -357,10 +347,10 @@ JobFunction add_run_job(Command& program, const Laboratory* laboratory, StageHoo
   return [options, texts, shard, command, laboratory, hook = std::move(hook)] {
     if (options->store.empty() && options->inputs.size() == 1 &&
         !store_of_array(options->inputs.front()).empty())
-      return run_shards(*options, *texts, *shard, command, laboratory, hook);
+      return run_shards(*options, *shard, command, laboratory, hook);
     for (const char* name : {"--shard", "--task", "--shard-offset", "--shards-per-task", "--scratch"})
       if (command.given(name))
-        throw UsageError(fmt::format("{} is for `meander run STORE.run`, after `meander plan`", name));
+        throw UsageError(fmt::format("{} applies to `meander run STORE.run`, after `meander plan`", name));
     if (options->store.empty()) throw UsageError("--output is required");
     resolve_run_options(*options, *texts, laboratory);
     options->sample.rows_only = !options->certify;

@@ -62,17 +62,17 @@ void remove_scratch_store(const std::string& store) {
   fs::remove(store);
 }
 
-// What all shards of a task have in common.
+// The common part of all shards of a task.
 struct ArrayTask {
   std::string store;
   RunArray array;
-  RunOptions options;  // the plan's, with what the task was given
+  RunOptions options;  // those of the plan, with the budgets of the task
   std::string scratch;
-  StageHook stages;                                  // changes them
-  std::unique_ptr<ReusableRows> reusable = nullptr;  // from the first shard on that asks for it
+  StageHook stages;
+  std::unique_ptr<ReusableRows> reusable = nullptr;  // opened by the first shard that needs it
 };
 
-// Memory that the listings of the archives take.
+// The memory of the listings of the archives.
 std::uint64_t index_bytes(std::span<const PlanItem> items) {
   std::set<const Archive*> archives;
   for (const PlanItem& item : items)
@@ -82,7 +82,7 @@ std::uint64_t index_bytes(std::span<const PlanItem> items) {
   return bytes;
 }
 
-// One shard on its way. Its lock is held from the start, so that no second copy works on it.
+// A shard in work. The object holds its lock, so that no other process works on it.
 class ShardRun {
  public:
   ShardRun(ArrayTask& task, std::size_t number)
@@ -102,16 +102,16 @@ class ShardRun {
   ShardRun(const ShardRun&) = delete;
   ShardRun& operator=(const ShardRun&) = delete;
 
-  // Its result without its own run is finished to the last step.
+  // The last step removes the run beside the result.
   bool is_done() const { return rows() == 0 || (fs::exists(result_) && !fs::exists(result_ + ".run")); }
 
-  // What may have killed an earlier process, before this one starts a thread.
+  // Tries items that may have killed an earlier process; called before this process starts a thread.
   void try_earlier_suspects() {
     if (!is_done() && read_run_plan(options_.store))
       try_suspects(planned_, {options_, task_.stages, {}, nullptr});
   }
 
-  // Whether an earlier process began it and did not end it.
+  // Whether an earlier process began the shard and did not finish it.
   static bool was_begun(const ArrayTask& task, std::size_t number) {
     return fs::exists(store_in_work(task, number) + ".run");
   }
@@ -146,7 +146,7 @@ class ShardRun {
     };
     parameters.finished = [&] { write_report(StoreCheck::none); };
     RunOutcome outcome;
-    // A copy in the scratch folder that is finished was not handed over.
+    // A finished store in the scratch folder only has to be copied.
     if (is_made())
       write_report(StoreCheck::every_byte);
     else if (!make_planned_store(planned_, parameters, outcome))
@@ -171,7 +171,7 @@ class ShardRun {
     return report;
   }
 
-  // Where its rows are gathered: in the scratch folder under a name that no other array has.
+  // The store in which the rows are gathered; in a scratch folder it has a name that no other array uses.
   static std::string store_in_work(const ArrayTask& task, std::size_t number) {
     const fs::path result = shard_store(task.store, number);
     if (task.scratch.empty()) return result.string();
@@ -200,26 +200,27 @@ class ShardRun {
   PlannedStore planned_;
 };
 
-// What a task may be told; everything else the plan has decided.
+// Refuses all options that the plan has decided.
 void refuse_other_options(const Command& command, const std::string& run_folder) {
   constexpr std::array<std::string_view, 11> allowed = {
       "INPUT",     "--shard",  "--task",     "--shard-offset", "--shards-per-task", "--scratch",
       "--threads", "--memory", "--progress", "--json",         "--max-failures"};
   for (const std::string& name : command.all_given())
     if (std::find(allowed.begin(), allowed.end(), name) == allowed.end())
-      throw UsageError(fmt::format("{}: the plan of `{}` has decided this: leave it out", name, run_folder));
+      throw UsageError(fmt::format("{} is decided by the plan of `{}`: leave it out", name, run_folder));
 }
 
 TaskNumber task_of(const ShardOptions& which, std::size_t shards) {
   if (which.task.empty()) {
     const TaskNumber task = task_of_environment();
     if (task.variable.empty())
-      throw UsageError(fmt::format(
-          "which of the {} shards? Give --shard i/{}, or start this as an array of tasks", shards, shards));
+      throw UsageError(
+          fmt::format("one of the {} shards must be named: give --shard i/{}, or start an array of tasks",
+                      shards, shards));
     return task;
   }
   const auto number = number_in(which.task);
-  if (!number) throw UsageError(fmt::format("--task: `{}` is not the number of a task", which.task));
+  if (!number) throw UsageError(fmt::format("--task: `{}` is not a number", which.task));
   return {*number, "--task"};
 }
 
@@ -227,13 +228,12 @@ std::vector<std::size_t> shards_of_task(const ShardOptions& which, const RunArra
   const std::size_t shards = array.shards.size();
   if (!which.shard.empty()) {
     if (which.offset != 0 || which.shards_a_task != 0 || !which.task.empty())
-      throw UsageError(
-          "--shard names one shard: --task, --shard-offset and --shards-per-task are for arrays of tasks");
+      throw UsageError("--shard names one shard: leave --task, --shard-offset and --shards-per-task out");
     return {shard_in(which.shard, shards)};
   }
   const TaskNumber task = task_of(which, shards);
   const std::uint64_t each = which.shards_a_task == 0 ? array.shards_per_task : which.shards_a_task;
-  // The numbers of schedulers are far below, and products of those above would not be numbers of shards.
+  // Numbers of schedulers are far below; products of larger ones could overflow.
   constexpr std::uint64_t beyond_all = std::uint64_t{1} << 32;
   const std::int64_t group = static_cast<std::int64_t>(std::min(task.number, beyond_all)) + which.offset;
   const std::int64_t first = group * static_cast<std::int64_t>(each);
@@ -264,7 +264,7 @@ TaskNumber task_of_environment() {
   for (const char* name : variables) {
     const char* const text = std::getenv(name);
     if (text == nullptr) continue;
-    // Outside of an array, SGE says "undefined" and LSF 0, where its arrays begin at 1.
+    // Outside of an array, SGE has "undefined" here, and LSF 0, while its arrays begin at 1.
     const auto number = number_in(text);
     if (!number || (std::string_view(name) == "LSB_JOBINDEX" && *number == 0)) continue;
     return {*number, name};
@@ -272,12 +272,14 @@ TaskNumber task_of_environment() {
   return {};
 }
 
-int run_shards(const RunOptions& given, const RunOptionTexts& texts, const ShardOptions& which,
-               const Command& command, const Laboratory* laboratory, const StageHook& hook) {
+int run_shards(const RunOptions& given, const ShardOptions& which, const Command& command,
+               const Laboratory* laboratory, const StageHook& hook) {
   const std::string store = store_of_array(given.inputs.front());
   refuse_other_options(command, given.inputs.front());
   RunOptions budgets = given;
-  resolve_budget_options(budgets, texts);
+  std::vector<std::string> problems;
+  resolve_work_options(budgets, problems);
+  if (!problems.empty()) throw UsageError(fmt::format("{}", fmt::join(problems, "\n")));
   ArrayTask task;
   task.store = store;
   task.array = *read_run_array(store);
@@ -293,7 +295,7 @@ int run_shards(const RunOptions& given, const RunOptionTexts& texts, const Shard
     if (task.options.certify) laboratory->add_certificate_stage(stages);
     if (hook) hook(stages);
   };
-  // One after the other: a task may have more shards than a process may have files open.
+  // One shard is open at a time: a task may have more shards than a process may have open files.
   for (const std::size_t number : numbers)
     if (ShardRun::was_begun(task, number)) ShardRun(task, number).try_earlier_suspects();
   for (const std::size_t number : numbers)

@@ -1,4 +1,4 @@
-// meander surface: samples of parametric surfaces, in a store.
+// meander surface samples parametric surfaces into a store.
 #include <fmt/format.h>
 #include <oneapi/tbb/parallel_pipeline.h>
 #include <oneapi/tbb/task_arena.h>
@@ -59,7 +59,7 @@ bool has_height_fields(const SurfaceOptions& options) {
 }
 constexpr const char* of_height_fields = "applies to height fields, and no surface is a .png file";
 
-// Of the store, and of height fields.
+// The settings of the store and of height fields.
 const StoreSettings& store_settings() {
   static const StoreSettings list = [] {
     StoreSettings made;
@@ -78,7 +78,7 @@ const StoreSettings& store_settings() {
     made.word(
         "compress", "--compress", [](auto& o) -> auto& { return o.compression; }, compression_words,
         "shuffle + deflate + checksum, or checksum only");
-    // The option is one of columns: see add_store_columns_option.
+    // Its option is added by add_store_columns_option.
     made.constant("store", [](const SurfaceOptions& o) { return stored_words(o.columns); })
         .only_recorded([](const SurfaceOptions& o) { return o.columns.left_out != 0; });
     return made;
@@ -106,10 +106,10 @@ struct SurfaceRun {
   Row row;
   std::uint64_t patches = 0, leaves = 0, unresolved_patches = 0, bound_violations = 0;
   double seconds = 0;
-  bool done_before = false;  // by an earlier process: patches and leaves are not known
+  bool done_before = false;  // by an earlier process; patches and leaves are then unknown
 };
 
-// A surface that cannot be sampled is a row with its status, as in `meander run`.
+// Samples a surface; one that cannot be sampled becomes a row with its status, as in `meander run`.
 SurfaceRun sample_one(const std::string& argument, const SurfaceOptions& options,
                       const std::atomic<bool>& stop) {
   SurfaceRun run;
@@ -139,41 +139,34 @@ SurfaceRun sample_one(const std::string& argument, const SurfaceOptions& options
 
 void print_runs(const std::vector<SurfaceRun>& runs, const SurfaceOptions& options) {
   if (options.json) {
-    JsonWriter json;
-    json.begin_object();
-    json.member("store", options.store);
-    json.member("samples", options.sample.samples);
-    json.key("surfaces");
-    json.begin_array();
-    for (const SurfaceRun& run : runs) {
-      json.begin_object();
-      json.member("id", run.id);
-      json.member("status", name_of(run.row.report.status));
-      json.member("reason", run.row.report.reason);
-      json.member("area", run.row.report.area);
-      json.member("measure", run.row.report.measure);
-      if (run.done_before) {
-        json.member("done_before", true);
-      } else {
-        json.member("patches", run.patches);
-        json.member("leaves", run.leaves);
-        json.member("unresolved_patches", run.unresolved_patches);
-        json.member("bound_violations", run.bound_violations);
-        json.member("seconds", run.seconds);
-      }
-      json.end_object();
-    }
-    json.end_array();
-    json.end_object();
-    fmt::print("{}\n", json.text());
+    fmt::print("{}\n", json_object([&](JsonWriter& json) {
+                 json.member("store", options.store);
+                 json.member("samples", options.sample.samples);
+                 json.list("surfaces", runs, [&](const SurfaceRun& run) {
+                   json.member("id", run.id);
+                   json.member("status", name_of(run.row.report.status));
+                   json.member("reason", run.row.report.reason);
+                   json.member("area", run.row.report.area);
+                   json.member("measure", run.row.report.measure);
+                   if (run.done_before) {
+                     json.member("done_before", true);
+                   } else {
+                     json.member("patches", run.patches);
+                     json.member("leaves", run.leaves);
+                     json.member("unresolved_patches", run.unresolved_patches);
+                     json.member("bound_violations", run.bound_violations);
+                     json.member("seconds", run.seconds);
+                   }
+                 });
+               }));
     return;
   }
   for (const SurfaceRun& run : runs) {
     const ItemReport& report = run.row.report;
     if (run.unresolved_patches + run.bound_violations > 0)
       fmt::print(stderr,
-                 "{}: --tolerance was not met: {} of {} patches are too coarse, {} draws exceeded their "
-                 "bound; shares of the surface may have larger errors\n",
+                 "{}: --tolerance was not met: {} of {} patches are too coarse and {} draws exceeded their "
+                 "bound, so parts of the surface may have larger errors\n",
                  run.id, run.unresolved_patches, run.patches, run.bound_violations);
     if (report.status == Status::ok && run.done_before)
       fmt::print("{}: {} points, area {:.9g}, measure {:.9g}, done before\n", run.id, options.sample.samples,
@@ -204,15 +197,14 @@ void check_output(const SurfaceOptions& options) {
 bool sample_rows(const SurfaceOptions& options, const StoreHeader& header, const std::atomic<bool>& stop,
                  RunDirectory& directory, std::vector<SurfaceRun>& runs) {
   using tbb::filter_mode;
-  // Rows under way are held in memory, and pictures with them: of large ones few.
+  // Rows in work are held in memory with their pictures, so few large ones are in work at once.
   constexpr std::uint64_t max_points_held = 1 << 22;
-  const bool pictures = std::ranges::any_of(options.surfaces, [](const std::string& surface) {
-    return surface_kind(surface) == SurfaceKind::height_field;
-  });
   require_task_memory();
   const auto threads = static_cast<std::uint64_t>(tbb::this_task_arena::max_concurrency());
   const std::uint64_t at_once =
-      pictures ? 1 : std::clamp<std::uint64_t>(max_points_held / options.sample.samples, 1, threads);
+      has_height_fields(options)
+          ? 1
+          : std::clamp<std::uint64_t>(max_points_held / options.sample.samples, 1, threads);
   std::uint64_t next = 0;
   const auto next_row = [&](tbb::flow_control& control) {
     while (next < runs.size() && runs[next].done_before) ++next;
@@ -260,7 +252,7 @@ int sample_surfaces(SurfaceOptions& options) {
     header.labels.push_back(-1);
     options.surfaces.push_back(std::move(surface));
     if (header.ids.size() > 1 && header.ids.back() == header.ids[header.ids.size() - 2])
-      throw UsageError("two surfaces have the id `" + header.ids.back() + "`");
+      throw UsageError("two surfaces have the id `" + header.ids.back() + "`: leave one out");
   }
   check_output(options);
   const std::atomic<bool>& stop = catch_stop_signals();
@@ -295,11 +287,10 @@ void add_surface_options(Command& command, SurfaceOptions& options) {
   for (const std::string_view name : surface_names())
     names += (names.empty() ? "" : ", ") + std::string(name);
   command
-      .add_option(
-          "SURFACE", options.surfaces,
-          "Names (" + names +
-              "), formulas for x, y, z in u and v of [0, 1], as \"u, v, sin(6*u)\", FILE.nurbs (control "
-              "net as text), FILE.png (height field)")
+      .add_option("SURFACE", options.surfaces,
+                  "Names (" + names +
+                      "), formulas for x, y, z in u and v of [0, 1], as \"u, v, sin(6*u)\", FILE.nurbs "
+                      "(control net as text), FILE.png (height field)")
       .required();
   command.add_option("-o,--output", options.store, "The store to write (HDF5)").required();
   options.settings.add(command, surface_settings(), options.sample);

@@ -11,7 +11,7 @@
 
 namespace meander {
 
-// A rotated box: |axis_k . (p - centre)| <= half[k]; the axes are orthonormal.
+// A rotated box: |axis_k . (p - center)| <= half[k]; the axes are orthonormal.
 struct RotatedBox {
   Vector3 centre;
   std::array<Vector3, 3> axes;
@@ -32,7 +32,7 @@ struct BoxParameters {
 double area_in_box(std::span<const double> x, std::span<const double> y, std::span<const double> z,
                    std::span<const std::uint32_t> triangles, const RotatedBox& box);
 
-// Random test boxes on a surface: centre an area-random surface point moved by a uniform offset within half a
+// Random test boxes on a surface: center an area-random surface point moved by a uniform offset within half a
 // half-size along each box axis, uniform rotation (Shoemake 1992, "Uniform random rotations"), half-sizes as
 // in the parameters (the diagonal is that of the box around all used vertices), kept when the exact share
 // lies in [share_min, share_max]. Pure in the seed: box i is a function of (surface, seed, i), so that fewer
@@ -58,8 +58,8 @@ class BoxBias {
  public:
   // Throws std::invalid_argument when the number of boxes changes.
   void add(std::span<const double> errors);
-  // Root mean square over boxes of the mean error, over that of the error of one set; what is left of the
-  // variance of the mean is taken off, so that an unbiased sampler has about 0 (with few sets some
+  // Root mean square over boxes of the mean error, over that of the error of one set; the remaining
+  // variance of the mean is subtracted, so that an unbiased sampler has about 0 (with few sets some
   // 1/sqrt(sets) times the fourth root of 2/boxes). At least two sets.
   double ratio() const;
 

@@ -11,7 +11,7 @@
 
 namespace meander {
 
-// What certify_samples measures, as names of descriptors.
+// The measures of certify_samples, as names of descriptors.
 inline constexpr const char* certificate_box_error = "box_rms_ratio";  // see box_error_ratio
 inline constexpr const char* certificate_rho = "rho";                  // see spacing_of
 
@@ -19,7 +19,7 @@ inline constexpr const char* certificate_rho = "rho";                  // see sp
 std::vector<std::string> certificate_problems(const SampleParameters& parameters);
 
 // Appends two descriptors of one value to a row with samples: the error over 1000 rotated boxes relative to
-// random samples, and rho. NaN where the surface has no such boxes, or one sample has no neighbour. `mesh`:
+// random samples, and rho. NaN where the surface has no such boxes, or one sample has no neighbor. `mesh`:
 // the surface that they were sampled from. Throws what `cancel` throws. O(F + N log N).
 void certify_samples(Row& row, const PreparedMesh& mesh, const CancelToken& cancel);
 

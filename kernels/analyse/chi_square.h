@@ -24,9 +24,9 @@ struct ChiSquare {
 };
 
 // Pearson's test of counts against expectations. `expected` need not sum to the total count: it is scaled.
-// Neighbouring cells (in the order given) are merged until each expects at least min_expected; what is left
+// Neighboring cells (in the order given) are merged until each expects at least min_expected; a remainder
 // at the end joins the last cell, so that no count is lost. With fewer than two cells the p-value is 1. A
-// count in a cell that expects nothing, with no neighbour to merge with, cannot happen by this rule. The
+// count in a cell that expects nothing, with no neighbor to merge with, cannot happen by this rule. The
 // p-value is exact (asymptotically) for independent draws, and only too large for stratified ones, whose
 // counts vary less. O(cells). Throws std::invalid_argument when the lengths differ or an expectation is
 // negative or not finite.

@@ -18,7 +18,7 @@ struct CurveChain {
   std::vector<double> along;      // number of the leaf plus the way to the next one, ascending
 };
 
-// The line through the centres of the leaves, in steps of 1/steps of each link, where a triangle of the chart
+// The line through the centers of the leaves, in steps of 1/steps of each link, where a triangle of the chart
 // lies below it (the first one, where the chart overlaps itself). Chains of a single point are left out.
 // O(T + L steps). Method::none and empty trees give none.
 std::vector<CurveChain> curve_chains(const PreparedMesh& mesh, const FlatChart& chart, const CurveTree& tree,

@@ -49,7 +49,7 @@ inline void weigh(double at, double kernel, AxisWeights& out) {
   }
   out.first = static_cast<std::ptrdiff_t>(low);
   out.count = static_cast<std::size_t>(high - low) + 1;
-  // exp(-(d + i)^2 / 2 k^2): the ratio of neighbours changes by a constant factor.
+  // exp(-(d + i)^2 / 2 k^2): the ratio of neighbors changes by a constant factor.
   const double h = 1 / (kernel * kernel), d = low - at;
   double value = std::exp(-0.5 * h * d * d), ratio = std::exp(-h * (d + 0.5)), sum = 0;
   const double step = std::exp(-h);

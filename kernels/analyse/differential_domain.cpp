@@ -216,12 +216,12 @@ DifferenceMap expected_differences(const DifferenceParameters& parameters, std::
   return map;
 }
 
-std::vector<double> normalised_differences(const DifferenceMap& map, const DifferenceMap& expected) {
+std::vector<double> normalized_differences(const DifferenceMap& map, const DifferenceMap& expected) {
   require(map.parameters.range == expected.parameters.range &&
               map.parameters.cells == expected.parameters.cells &&
               map.parameters.kernel == expected.parameters.kernel,
-          "normalised_differences: both maps need the same parameters");
-  require(map.sets > 0 && expected.sets > 0, "normalised_differences: a map without sets");
+          "normalized_differences: both maps need the same parameters");
+  require(map.sets > 0 && expected.sets > 0, "normalized_differences: a map without sets");
   std::vector<double> ratio(map.sum.size());
   const double scale = static_cast<double>(expected.sets) / map.sets;
   for (std::size_t c = 0; c < ratio.size(); ++c)

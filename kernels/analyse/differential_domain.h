@@ -69,8 +69,8 @@ void add_anisotropic_differences(DifferenceMap& map, std::span<const double> x, 
                                  std::span<const double> inverse_jacobian, const PlaneDomain& domain = {});
 
 enum class DifferenceUnits : std::uint8_t {
-  spacings,  // S^-1 d: what is stratified alike in the metric gives the same round map for every tensor
-  area,      // d / sqrt(s1 s2): the shape that neighbourhoods have on the surface; pair_density.h measures it
+  spacings,  // S^-1 d: sets that are stratified in the metric have the same round map for every tensor
+  area,      // d / sqrt(s1 s2): the shape of neighborhoods on the surface, see pair_density.h
 };
 
 // Tensor fields in the plane: log_spacing holds log S at every sample in the x and y axes of the plane, where
@@ -78,11 +78,12 @@ enum class DifferenceUnits : std::uint8_t {
 // 1 / sqrt(s1 s2) instead of S^-1, kept while both terms are within reach.
 struct TensorDifferenceParameters {
   DifferenceUnits units = DifferenceUnits::spacings;
-  bool principal_axes = true;  // in the plane: x of the map is e1 of either sample; false: x of the plane.
-                               // On surfaces it is always e1
-  std::span<const std::uint8_t> counted = {};  // one a sample, or none: pairs count in the frame of samples
-                                               // where it is not zero, each for one half
-  double min_normal_cosine = 0.2;              // on surfaces, as in SurfaceDifferenceParameters
+  // In the plane: x of the map is e1 of either sample; false: x of the plane. On surfaces it is always e1.
+  bool principal_axes = true;
+  // One value per sample, or empty: pairs count, each for one half, in the frame of samples with values other
+  // than 0.
+  std::span<const std::uint8_t> counted = {};
+  double min_normal_cosine = 0.2;  // on surfaces, as in SurfaceDifferenceParameters
 };
 void add_anisotropic_differences(DifferenceMap& map, std::span<const double> x, std::span<const double> y,
                                  std::span<const TangentTensor> log_spacing,
@@ -131,9 +132,9 @@ std::optional<std::array<double, 2>> geodesic_vector(Vector3 p, const TangentFra
 // finite `largest`.
 std::vector<double> spacing_from_density(std::span<const double> density, double measure, double largest);
 
-// What independent uniform samples give on average (sets = 1): the map to divide by. N samples with
-// spacing = sqrt(A / N) on a torus or a closed surface that is nearly flat at the range: N (N - 1) / N pairs
-// per unit of q-area, the same in every cell.
+// The average map of independent uniform samples (sets = 1), to divide by. N samples with spacing = sqrt(A /
+// N) on a torus or a closed surface that is nearly flat at the range: N (N - 1) / N pairs per unit of q-area,
+// the same in every cell.
 DifferenceMap expected_differences(const DifferenceParameters& parameters, std::uint64_t samples);
 
 // The same for a rectangle width x height without period: (1 - |dx| / width)(1 - |dy| / height) times that
@@ -144,9 +145,9 @@ DifferenceMap expected_differences(const DifferenceParameters& parameters, std::
 // The ratio of mean maps, cells x cells: white noise is 1 (where the expectation is 0: NaN). `expected` comes
 // from expected_differences or is a map to which many sets of independent samples of the same density, number
 // and domain were added. Throws std::invalid_argument when the parameters differ or either map has no set.
-std::vector<double> normalised_differences(const DifferenceMap& map, const DifferenceMap& expected);
+std::vector<double> normalized_differences(const DifferenceMap& map, const DifferenceMap& expected);
 
-// Rings of `width` cells (>= 1) of a normalised map around the middle, the first from 0: multiply radius by
+// Rings of `width` cells (>= 1) of a normalized map around the middle, the first from 0: multiply radius by
 // map.cell() for units of mean spacing. Values of cells closer than the kernel are correlated and the
 // number of pairs decides the noise, so the anisotropy of white noise is that of a reference, not -10 log10
 // K.

@@ -1,5 +1,5 @@
-// Discrepancy in the plane under a constant spacing tensor (survey, figure 15; docs/METHODS.md 13.2): shapes
-// are round, square and so on in the metric.
+// Discrepancy in the plane under a constant spacing tensor (Quinn et al. 2013, figure 15;
+// docs/METHODS.md 13.2): shapes are round, square and so on in the metric.
 #pragma once
 
 #include <array>
@@ -18,9 +18,9 @@ struct Parallelogram {
 
 struct AnisotropicDiscrepancyParameters {
   ShapeParameters shapes;  // of every window and every kind; the same shapes in all windows
-  std::uint32_t windows =
-      1;                 // 1: in the middle of the domain; more: anywhere in it at random; 1..4096.
-                         // One suffices, and is taken, where the window cannot move (ratio 1 in a square)
+  // 1: in the middle of the domain; more: at random anywhere in it; 1..4096. One is used if the window cannot
+  // move (ratio 1 in a square).
+  std::uint32_t windows = 1;
   Parallelogram domain;  // not flat
 };
 
@@ -30,8 +30,7 @@ struct AnisotropicDiscrepancy {
   double points = 0;          // in a window: errors are to be compared, and slopes fitted, over this number
   double window_share = 0;    // of the domain
   std::uint32_t windows = 0;  // that held points; the others do not count
-  double windows_stable =
-      0;  // share of (window, kind) whose maximum the rule of ShapeParameters found stable
+  double windows_stable = 0;  // share of (window, kind) with a maximum that ShapeParameters calls stable
 };
 
 // N points (x, y) in the domain. HOW THE BORDER IS TREATED: all is measured in a window, the largest disk of
@@ -44,8 +43,8 @@ struct AnisotropicDiscrepancy {
 // not: a square seen through a metric of ratio 8 is a strip, whose shapes cut fewer strata.) What happens
 // within a spacing of the domain's border is not measured. The window takes pi / 4 of a square at ratio 1 and
 // pi / (4 ratio) of it along an axis; more windows make up for that.
-// Kinds, uniform in the unit disk: disks (centre uniform in the disk, radius uniform up to the rim); boxes
-// (any angle, centre uniform, half-sides uniform in [0, 1], drawn again until all corners are inside);
+// Kinds, uniform in the unit disk: disks (center uniform in the disk, radius uniform up to the rim); boxes
+// (any angle, center uniform, half-sides uniform in [0, 1], drawn again until all corners are inside);
 // triangles (three uniform corners). `log_spacing` is log S of the constant tensor, its scale is immaterial.
 // About 0.1 us x sqrt(points in the window) a shape. Deterministic for every thread count. Throws
 // std::invalid_argument when lengths differ or are zero, a number is not finite, the domain is flat, or a

@@ -16,13 +16,13 @@ namespace meander {
 // sup over 0 < r <= 1 of |#{|p| <= r}/N - pi r^2/4|, quarters of disks about the origin. Exact. O(N log N).
 double quarter_circle_discrepancy(std::span<const double> x, std::span<const double> y);
 
-// Those below take the points as build_point_index(x, y) gives them, so that one index serves several; about
-// 0.1 us x sqrt(N) a shape: N = 1,572,864 and 2^14 shapes take 2 - 3 s of one core.
+// The functions below take the points from build_point_index(x, y), so that one index serves several.
+// O(sqrt(N)) per shape.
 
 // Triangles with a corner at the origin and two uniformly random ones in the square.
 ShapeDiscrepancy triangle_discrepancy(const PointIndex<2>& points, const ShapeParameters& parameters = {});
 
-// Rectangles turned by a uniform angle, centre uniform in the square, half-sides uniform in [0, 1/2], cut by
+// Rectangles turned by a uniform angle, center uniform in the square, half-sides uniform in [0, 1/2], cut by
 // the square.
 ShapeDiscrepancy rotated_box_discrepancy(const PointIndex<2>& points, const ShapeParameters& parameters = {});
 
@@ -33,7 +33,7 @@ ShapeDiscrepancy density_box_discrepancy(const PointIndex<2>& points, PlanarDens
 // A constant metric: |d|^2 = g[0] dx^2 + 2 g[1] dx dy + g[2] dy^2, positive definite (else
 // std::invalid_argument). Its scale does not matter.
 using PlanarMetric = std::array<double, 3>;
-// Rectangles along the principal axes of the metric, centre uniform in the square, half-sides uniform in
+// Rectangles along the principal axes of the metric, center uniform in the square, half-sides uniform in
 // [0, 1/2] in the metric of determinant 1, cut by the square: squares of the metric are long in the square.
 ShapeDiscrepancy metric_box_discrepancy(const PointIndex<2>& points, const PlanarMetric& metric,
                                         const ShapeParameters& parameters = {});

@@ -1,4 +1,5 @@
-// Discrepancy on a mesh over patches grown ring by ring: the survey's measure (docs/METHODS.md 13.2).
+// Discrepancy on a mesh over patches grown ring by ring: the measure of Quinn et al. 2013 (docs/METHODS.md
+// 13.2).
 #pragma once
 
 #include <cstdint>

@@ -106,7 +106,7 @@ struct LineMaximum {
   double at = 1;  // where the other edge lies
 };
 
-// Of all boxes with one edge at `edge`, closed there or not, the best: one pass over the points.
+// The maximum over all boxes with one edge at `edge`, closed there or not: one pass over the points.
 LineMaximum best_on_line(const Axis& axis, double edge) {
   const std::size_t n = axis.along.size();
   const double step = 1 / static_cast<double>(n);

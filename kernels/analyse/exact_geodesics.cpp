@@ -25,7 +25,7 @@ double cross(PlanePoint a, PlanePoint b) { return a.x * b.y - a.y * b.x; }
 double dot(PlanePoint a, PlanePoint b) { return a.x * b.x + a.y * b.y; }
 double length_of(PlanePoint a) { return std::sqrt(dot(a, a)); }
 
-// What all sources share.
+// The data that all sources share.
 struct Geometry {
   const PreparedMesh& mesh;
   std::vector<double> length;                // 3 T
@@ -190,7 +190,7 @@ class Search {
       pass(window, next, apex, end, right, high_ray, right_of_low ? nullptr : &low_ray, start, false);
   }
 
-  // Pushes the window that leaves through half-edge `side`, which the neighbour sees from `from` to `to`:
+  // Pushes the window that leaves through half-edge `side`, which the neighbor sees from `from` to `to`:
   // from the outer ray to the inner one, or to the apex when there is none. `behind` is the triangle's vertex
   // off that side.
   void pass(const Window& window, std::uint32_t side, PlanePoint from, PlanePoint to, double size,

@@ -25,7 +25,7 @@ std::vector<double> prefix_integration_errors(std::span<const double> values,
                                               std::span<const std::uint64_t> counts, double exact);
 
 // The mean of f over the domain as samples give it: the mean of the values, or with their density (any
-// multiple of phi; empty: uniform) the self-normalised sum f / phi : sum 1 / phi, for which M need not be
+// multiple of phi; empty: uniform) the self-normalized sum f / phi : sum 1 / phi, for which M need not be
 // known.
 double mean_estimate(std::span<const double> values, std::span<const double> density = {});
 
@@ -33,7 +33,7 @@ struct ErrorSummary {
   double rms = 0, largest = 0;    // of the absolute values
   double standard_deviation = 0;  // about their mean; 0 for one error
 };
-// Of signed errors, one or more.
+// Summarizes one or more signed errors.
 ErrorSummary summarise_errors(std::span<const double> errors);
 
 // Test functions on [0, 1]^2 with their integrals in closed form. All are smooth or piecewise constant and
@@ -47,7 +47,7 @@ struct Integrand {
   double variance;                        // of f under phi / M: n samples at random have RMS error sqrt(./n)
 };
 // exponential, cosine (smooth, uniform); disc, half-plane (indicators, uniform); weighted (exp(x + y) under
-// phi = x^2 y^2, the survey's density).
+// phi = x^2 y^2, the density of Quinn et al. 2013).
 std::span<const Integrand> standard_integrands();
 
 }  // namespace meander

@@ -1,4 +1,4 @@
-// Balanced k-d tree over points (Bentley 1975; Friedman, Bentley, Finkel 1977): nearest neighbours and balls.
+// Balanced k-d tree over points (Bentley 1975; Friedman, Bentley, Finkel 1977): nearest neighbors and balls.
 #pragma once
 
 #include <algorithm>
@@ -44,7 +44,7 @@ class KdTree {
   }
 
   std::size_t count() const { return points_.size(); }
-  // Points in the order of the tree, where neighbours are near each other: the best order of queries.
+  // Points in the order of the tree, where neighbors are near each other: the best order of queries.
   const Point& point(std::size_t position) const { return points_[position].at; }
   std::uint32_t index(std::size_t position) const { return points_[position].index; }
 

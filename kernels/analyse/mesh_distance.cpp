@@ -76,7 +76,7 @@ class AreaSampler {
     const std::uint32_t v = mesh_.triangles[3 * triangle + k];
     return frame_.to_unit({mesh_.x[v], mesh_.y[v], mesh_.z[v]});
   }
-  // Where sample i falls in the area: uniform in its stratum.
+  // The position of sample i in the area: uniform in its stratum.
   double area_at(std::uint64_t i) const {
     const double jitter = random_pair(key_, Stream::surface_probe, i).first;
     return area() * ((static_cast<double>(i) + jitter) / static_cast<double>(samples_));
@@ -91,7 +91,7 @@ class AreaSampler {
   std::size_t last_ = 0;              // the last position with area
 };
 
-// What one block of points contributes.
+// The contribution of one block of points.
 struct Gathered {
   double sum = 0, squares = 0, most = -1;
   Vector3 farthest;

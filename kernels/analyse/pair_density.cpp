@@ -25,7 +25,7 @@ double cell_position(const DifferenceMap& map, std::size_t cell) {
 // 1 - g per cell, 0 where nothing is expected. g is scaled to 1 in the outskirts of the map: how many samples
 // of a class there happen to be in a set, or lie near a boundary, would otherwise be a dip without end.
 std::vector<double> dip_values(const DifferenceMap& map, const DifferenceMap& expected) {
-  std::vector<double> dip = normalised_differences(map, expected);
+  std::vector<double> dip = normalized_differences(map, expected);
   const double least = outskirts * outskirts * map.parameters.range * map.parameters.range;
   double seen = 0, reference = 0;
   for (std::size_t c = 0; c < dip.size(); ++c) {
@@ -146,7 +146,7 @@ Dip dip_contour(const DifferenceMap& map, const DifferenceMap& expected, const D
     fit.dip.first = fit.dip.second = fit.dip.ratio = fit.dip.angle = 0;
     return fit.dip;
   };
-  // Bilinear between the centres of cells; 0 (no dip) beyond them.
+  // Bilinear between the centers of cells; 0 (no dip) beyond them.
   const auto value_at = [&](double x, double y) {
     const double u = (x + map.parameters.range) / map.cell() - 0.5;
     const double v = (y + map.parameters.range) / map.cell() - 0.5;

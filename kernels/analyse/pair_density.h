@@ -29,8 +29,9 @@ struct DipParameters {
 struct Dip {
   bool found = false;
   double signal_to_noise = 0;  // of the dip under the first window: about N(0, 1) for independent samples
-  double depth = 0;  // of the dip, as a Gaussian; 1: no sample has another right beside it. Not found:
-                     // the mean of 1 - g under the first window
+  // The depth of the dip, as a Gaussian; 1: no sample has another right beside it. If no dip is found, the
+  // mean of 1 - g under the first window.
+  double depth = 0;
   // Where found, else 0: standard deviations (moments) or half-axes (contour) along and across the long axis,
   // units of the map; their ratio >= 1; the angle of the long axis against the map's x axis in (-pi/2, pi/2].
   double first = 0, second = 0, ratio = 0, angle = 0;
@@ -42,7 +43,7 @@ struct Dip {
 // kernel's spread is taken off; it should be small against the dip (at ratio 8 that is 0.15 across, in units
 // of area). Root mean square error of log ratio: at most about 2 / signal_to_noise (jittered samples of
 // ratios 1 to 8, signals 9 to 60; round dips come out above 1 by as much), two to four times that by the
-// contour. `expected` as for normalised_differences; on domains with a boundary it should be measured on
+// contour. `expected` as for normalized_differences; on domains with a boundary it should be measured on
 // independent samples in the same field. O(cells^2 iterations). Throws std::invalid_argument when a parameter
 // is out of range, the maps' parameters differ or one has no set.
 Dip dip_moments(const DifferenceMap& map, const DifferenceMap& expected,

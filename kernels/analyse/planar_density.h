@@ -1,4 +1,5 @@
-// The survey's densities on the unit square, with the exact measure of boxes anchored at the origin.
+// The densities of Quinn et al. 2013 on the unit square, with the exact measure of boxes anchored at the
+// origin.
 #pragma once
 
 #include <array>
@@ -21,7 +22,7 @@ constexpr std::string_view name_of(PlanarDensity density) {
 }
 std::optional<PlanarDensity> planar_density(std::string_view name);
 
-// Not normalised; in [0, 2] on the unit square.
+// Not normalized; in [0, 2] on the unit square.
 double density_at(PlanarDensity density, double x, double y);
 
 // Share of the unit square's measure inside [0, a] x [0, b], 0 <= a, b <= 1. The integral along x in closed

@@ -30,7 +30,7 @@ struct PointIndex {
   static constexpr std::size_t fan = 4;
   std::array<std::vector<double>, D> at;  // the coordinates, sorted along the curve
   // Level 0 has one node per `leaf` points, each higher level one per `fan` nodes below. A node is 2 D
-  // doubles: centre and half-extent of the box around its points.
+  // doubles: center and half-extent of the box around its points.
   std::vector<std::vector<double>> levels;
 
   std::size_t count() const { return at[0].size(); }
@@ -48,7 +48,7 @@ PointIndex<3> build_point_index(std::span<const double> x, std::span<const doubl
 std::size_t count_inside(const PointIndex<2>& points, std::span<const HalfSpace<2>> shape);
 std::size_t count_inside(const PointIndex<3>& points, std::span<const HalfSpace<3>> shape);
 
-// Points of the plane at most `radius` from the centre: those with dx * dx + dy * dy <= radius * radius.
+// Points of the plane at most `radius` from the center: those with dx * dx + dy * dy <= radius * radius.
 std::size_t count_in_disk(const PointIndex<2>& points, const std::array<double, 2>& centre, double radius);
 
 }  // namespace meander

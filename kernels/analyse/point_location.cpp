@@ -76,7 +76,7 @@ void bounds_of(const RTCBoundsFunctionArguments* arguments) {
   bounds.upper_z = rounded_up(std::max({a.z, b.z, c.z}));
 }
 
-// One search: the exact query point, what rounding it to float moved it by, and the best so far.
+// One search: the exact query point, the distance by which rounding to float moved it, and the best so far.
 template <class Scene>
 struct Search {
   const Scene* scene = nullptr;

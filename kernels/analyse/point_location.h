@@ -26,7 +26,7 @@ struct SurfacePoint {
 // distance of the mesh from the origin). Coordinates of any scale and offset. Triangles without area are
 // segments or points. Thread-safe; answers are pure, and do not depend on how Embree built its tree.
 // Building: about 0.6 us a triangle. A query: 0.4-0.7 us on the surface, more where much of the surface is
-// equally far (the centre of a sphere: all of it).
+// equally far (the center of a sphere: all of it).
 class SurfaceLocator {
  public:
   // x, y, z: V positions, triangles: 3 T vertex numbers; copied. Throws std::invalid_argument without
@@ -53,8 +53,8 @@ struct SurfaceLocations {
   std::vector<double> distance;         // n
 };
 
-// points: 3 n coordinates, finite (else std::invalid_argument). Parallel in fixed blocks; neighbours in the
-// array should be neighbours in space.
+// points: 3 n coordinates, finite (else std::invalid_argument). Parallel in fixed blocks; neighbors in the
+// array should be neighbors in space.
 SurfaceLocations locate_points(const SurfaceLocator& surface, std::span<const double> points);
 
 }  // namespace meander

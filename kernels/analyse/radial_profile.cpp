@@ -20,8 +20,8 @@ RadialProfile radial_profile(std::span<const double> map, std::size_t side, doub
   if (!(stretch.xx > 0 && determinant_of_stretch > 0 && std::isfinite(trace(stretch))))
     throw std::invalid_argument("radial_profile: the stretch is positive definite");
   const double middle = 0.5 * (static_cast<double>(side) - 1);
-  // Half a cell beyond the centres of the outermost ones, where the square ends.
-  // The ellipse |stretch d| = 1 reaches as far along an axis as that column of the inverse is long.
+  // Half a cell beyond the centers of the outermost ones, where the square ends. The ellipse |stretch d| = 1
+  // reaches as far along an axis as that column of the inverse is long.
   const double extent = std::max(std::hypot(stretch.xx, stretch.xy), std::hypot(stretch.yy, stretch.xy));
   const double last = 0.5 * static_cast<double>(side) * determinant_of_stretch / extent;
   const double fitting = std::floor((last - first) / width * (1 + 1e-12));

@@ -1,4 +1,4 @@
-// What differences between the samples of a mesh are compared with (differential_domain.h).
+// References for differences between the samples of a mesh (differential_domain.h).
 #pragma once
 
 #include <cstddef>
@@ -28,12 +28,12 @@ struct FieldSamples {
   void append(const FieldSamples& other);  // of the same kind
 };
 
-// A field over a mesh of which samples are all that is known: it is what it is at the nearest sample, where
-// opposite normals keep sheets apart as 4 mean spacings do. Sets of n samples of it are measured, and random
-// ones of as many points; the map of independent samples over that of the random ones is 1. Both are in units
-// of spacings sqrt(integral / (n density)): of sets with the integral of the density that was sampled, as
-// their neighbours have it, and of the random ones with that of the field above. Spacings over 8 times
-// sqrt(area / n) and densities over 1000 times the mean are taken for these.
+// A field over a mesh that is known only at samples: everywhere it is that of the nearest sample, where
+// opposite normals count as a distance of 4 mean spacings, which keeps sheets apart. Sets of n samples of it
+// are measured, and random ones of as many points; the map of independent samples over that of the random
+// ones is 1. Both are in units of spacings sqrt(integral / (n density)): of sets with the integral of the
+// density that was sampled, as their neighbors have it, and of the random ones with that of the field above.
+// Spacings over 8 times sqrt(area / n) and densities over 1000 times the mean are taken for these.
 class SampledField {
  public:
   // samples: of one or several sets; count: n, of each set. O((N + T + 32 n) log). Keeps the mesh by

@@ -13,7 +13,7 @@ namespace meander {
 
 enum class Overlap : std::uint8_t { outside, inside, partial };
 
-// Where a node lies: `inside` and `outside` are certain, `partial` may be either. node: six doubles of
+// The position of a node: `inside` and `outside` are certain, `partial` may be either. node: six doubles of
 // BoundsTree.
 inline Overlap overlap_of(const double* node, const RotatedBox& box) {
   const Vector3 offset = Vector3{node[0], node[1], node[2]} - box.centre;

@@ -20,7 +20,7 @@ struct SampledIntegrand {
 std::vector<SampledIntegrand> plane_integrands(std::span<const double> x, std::span<const double> y);
 
 // On a mesh a quadratic polynomial (its integral over a triangle is the area times the mean at the edges'
-// midpoints) and the indicator of a half-space through the centre of the box (its area clipped exactly).
+// midpoints) and the indicator of a half-space through the center of the box (its area clipped exactly).
 // points: 3 n working coordinates. O(T + n).
 std::vector<SampledIntegrand> mesh_integrands(const PreparedMesh& mesh, std::span<const double> points);
 

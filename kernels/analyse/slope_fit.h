@@ -1,4 +1,4 @@
-// Rates: the survey's numbers of points and the least-squares line through errors in log-log.
+// Rates: the numbers of points of Quinn et al. 2013 and the least-squares line through errors in log-log.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// Distances between neighbouring samples, and from a domain to its samples: how well spread a set is.
+// Distances between neighboring samples, and from a domain to its samples: how well spread a set is.
 #pragma once
 
 #include <cstddef>
@@ -32,7 +32,7 @@ std::vector<double> distances_to_samples(std::span<const double> points, std::sp
 double hexagonal_spacing(double area, std::uint64_t n);
 
 struct Spacing {
-  double min = 0, mean = 0;  // of the nearest-neighbour distances
+  double min = 0, mean = 0;  // of the nearest-neighbor distances
   double rho = 0;            // min / hexagonal_spacing: 0 random, 0.65-0.85 good Poisson disk, 1 hexagonal
 };
 // distances: of nearest_distances; area: of the domain (surface area in space). On curved or bounded domains
@@ -46,7 +46,7 @@ double coverage_radius(std::span<const double> x, std::span<const double> y,
                        double period_x = 0, double period_y = 0);
 double coverage_radius(std::span<const double> points, std::span<const double> reference);
 
-// A reference set: the centres of a square grid of at least `count` cells over the unit square, as points of
+// A reference set: the centers of a square grid of at least `count` cells over the unit square, as points of
 // space with z = 0.
 std::vector<double> unit_square_grid(std::uint64_t count);
 

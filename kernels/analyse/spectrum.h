@@ -62,8 +62,9 @@ struct AngularPower {
   std::vector<double> sector;       // about 1 each
   std::vector<std::uint32_t> bins;  // pairs of opposite frequencies
   double deviation = 0;             // root mean square of sector - 1, weighted by bins
-  double noise = 0;                 // what that is for an isotropic spectrum, power being exponential with
-                                    // variance mean^2 / sets: sqrt((sectors - 1) / (sets x all bins))
+  // The deviation of an isotropic spectrum, power being exponential with variance mean^2 / sets:
+  // sqrt((sectors - 1) / (sets x all bins)).
+  double noise = 0;
 };
 // Rings of width 1 with low <= |S f| < high, counted from low, high at most the last that fits (that of
 // radial_power); sectors 2..360. Throws std::invalid_argument without sets, bins or such parameters.

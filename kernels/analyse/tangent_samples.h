@@ -15,16 +15,16 @@ namespace meander {
 struct TangentSamples {
   std::span<const double> points;   // 3 N
   std::span<const double> normals;  // 3 N, of any positive length
-  std::span<const double> axes;     // 3 N: primary directions e1 of any length, made orthogonal to the normal
-                                    // (any direction where that leaves nothing); the sign does not matter
-  std::span<const double> s1, s2;   // N each: spacing along e1 and across, positive
+  // 3 N: primary directions e1 of any length and sign, made orthogonal to the normal; one that is parallel to
+  // it stands for any direction.
+  std::span<const double> axes;
+  std::span<const double> s1, s2;  // N each: spacing along e1 and across, positive
 
   std::size_t count() const { return s1.size(); }
 };
 
-// What spacings whose density 1 / (s1 s2) has the integral `measure` over the domain are multiplied with to
-// be those of `samples` samples: sqrt(measure / samples). Throws std::invalid_argument unless both are
-// positive.
+// The factor that turns spacings whose density 1 / (s1 s2) has the integral `measure` over the domain into
+// those of `samples` samples: sqrt(measure / samples). Throws std::invalid_argument unless both are positive.
 double sample_spacing_scale(double measure, std::uint64_t samples);
 
 // The same with the frames made orthonormal: frame.x along e1. O(N).

@@ -13,7 +13,7 @@
 
 namespace meander {
 
-// p = centre + unit * w; unit is a power of two.
+// p = center + unit * w; unit is a power of two.
 struct UnitFrame {
   Vector3 centre;
   double unit = 1;

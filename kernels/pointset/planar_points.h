@@ -25,7 +25,7 @@ enum class PlanarMethod : std::uint8_t {
   hilbert_owen,        //   Owen-scrambled van der Corput
   peano_stratified,    // the stratified set on the Peano curve
   peano_meander_stratified,  // and on the Peano-meander curve
-  hilbert_vertex,  // the stratified set moved to centres of curve leaves: the survey's own placement
+  hilbert_vertex,  // the stratified set moved to centers of curve leaves: the survey's own placement
   poisson_disk,    // weighted sample elimination (Yuksel 2015) of 5 N random points
   lloyd,           // centroidal Voronoi: Lloyd's iteration (Lloyd 1982) from the jittered set
 };

@@ -13,7 +13,7 @@ namespace meander {
 // space. The points are independent samples of the surface, five times as many as wanted being his choice.
 // points: 3 M finite coordinates; area: of the surface, > 0; count: 1..M. Returns the numbers of the points
 // that remain, ascending. About 10 us a point that is wanted, 1 KB of memory; serial but for the search of
-// neighbours; deterministic. Throws std::invalid_argument for other values.
+// neighbors; deterministic. Throws std::invalid_argument for other values.
 std::vector<std::uint32_t> eliminate_samples(std::span<const double> points, std::uint32_t count,
                                              double area);
 

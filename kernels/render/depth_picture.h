@@ -1,4 +1,4 @@
-// What of a mesh is seen: the depth of its nearest surface at every pixel.
+// The visible part of a mesh: the depth of its nearest surface at every pixel.
 #pragma once
 
 #include <cstdint>

@@ -52,7 +52,7 @@ double fitting_scale(double half_width, double half_height, const SplatView& vie
 // ---- splats in the picture --------------------------------------------------------------------------------
 
 // An ellipse in coordinates of the picture in which a pixel has `across` cells a side and cell (0, 0) its
-// centre at 0: x and y within it where xx dx^2 + 2 xy dx dy + yy dy^2 <= 1.
+// center at 0: x and y within it where xx dx^2 + 2 xy dx dy + yy dy^2 <= 1.
 struct PlacedSplat {
   float x = 0, y = 0, z = 0;
   float xx = 0, xy = 0, yy = 0;
@@ -76,7 +76,7 @@ PlacedSplat place_splat(const OrientedSplats& splats, std::size_t i, const Splat
   const Vector3 pixel = view.point(triple(splats.centres, i));
   Vector3 normal = view.direction(triple(splats.normals, i));
   const double length = norm(normal);
-  // What is as far outside the picture, or as large, is nothing that floats should count in.
+  // Splats this far outside the picture, or this large, exceed the precision of float.
   constexpr double most = 1e9;
   const double farthest = std::abs(pixel.x) + std::abs(pixel.y) + std::abs(pixel.z) + a + b;
   if (!(a > 0) || !(b > 0) || !(farthest < most) || !(length > 0) || !std::isfinite(length) ||
@@ -179,21 +179,20 @@ TileGrid tiles_of(std::span<const PlacedSplat> placed, const SplatView& view) {
 
 using LinearRgb = std::array<float, 3>;
 
-// What a tile is made of, in cells.
+// The size of a tile in cells.
 struct TileCells {
   std::array<float, fine_side * fine_side> depth, weight;
-  std::array<std::array<float, 3>, fine_side * fine_side> normal, colour;
+  std::array<std::array<float, 3>, fine_side * fine_side> normal, color;
 };
 
-// Of every pixel: lit colour, summed over the cells that are covered; their share; and the mean of their
-// depths.
+// For every pixel: the lit color, summed over the covered cells; their share; and the mean of their depths.
 struct SplatPixels {
-  std::vector<LinearRgb> colour;
+  std::vector<LinearRgb> color;
   std::vector<float> covered, depth;
 };
 
 void blend_tile(TileCells& cells, std::span<const PlacedSplat> placed, std::span<const std::uint32_t> members,
-                std::span<const LinearRgb> colours, const SplatLook& look, std::int64_t x0, std::int64_t y0) {
+                std::span<const LinearRgb> colors, const SplatLook& look, std::int64_t x0, std::int64_t y0) {
   cells.depth.fill(empty_depth);
   cells.weight.fill(0);
   const auto cell = [&](std::int64_t x, std::int64_t y) {
@@ -208,11 +207,11 @@ void blend_tile(TileCells& cells, std::span<const PlacedSplat> placed, std::span
       foremost = std::max(foremost, depth);
     });
   cells.normal.fill({});
-  cells.colour.fill({});
+  cells.color.fill({});
   const auto shown = static_cast<float>(look.shown * look.shown);
   for (const std::uint32_t i : members) {
     const PlacedSplat& s = placed[i];
-    const LinearRgb& own = colours[colours.size() == 1 ? 0 : i];
+    const LinearRgb& own = colors[colors.size() == 1 ? 0 : i];
     cover_cells(s, range_of(s), [&](std::int64_t x, std::int64_t y, float square, float depth) {
       const std::size_t c = cell(x, y);
       if (square > shown || depth < cells.depth[c] - s.thickness) return;
@@ -220,7 +219,7 @@ void blend_tile(TileCells& cells, std::span<const PlacedSplat> placed, std::span
       cells.weight[c] += weight;
       for (std::size_t k = 0; k < 3; ++k) {
         cells.normal[c][k] += weight * s.normal[k];
-        cells.colour[c][k] += weight * own[k];
+        cells.color[c][k] += weight * own[k];
       }
     });
   }
@@ -245,11 +244,11 @@ void resolve_tile(const TileCells& cells, const SplatView& view, std::int64_t x0
         const double length = norm(normal);
         const float light = light_on(length > 0 ? (1 / length) * normal : Vector3{0, 0, 1});
         for (std::size_t q = 0; q < 3; ++q)
-          sum[q] += std::min(1.0f, light * cells.colour[c][q] / cells.weight[c]);
+          sum[q] += std::min(1.0f, light * cells.color[c][q] / cells.weight[c]);
       }
       const auto p = static_cast<std::size_t>(y * width + x);
       constexpr float share = 1.0f / (fine_across * fine_across);
-      for (std::size_t q = 0; q < 3; ++q) pixels.colour[p][q] = share * sum[q];
+      for (std::size_t q = 0; q < 3; ++q) pixels.color[p][q] = share * sum[q];
       pixels.covered[p] = share * static_cast<float>(covered);
       pixels.depth[p] =
           covered > 0 ? depth / (static_cast<float>(covered) * static_cast<float>(fine_across)) : empty_depth;
@@ -271,7 +270,7 @@ SplatImage finished_image(const SplatPixels& pixels, const SplatView& view, doub
       if (pixels.covered[p] == 0) continue;
       const float lit = 1 - strength * (1 - light[p]), paper = 1 - pixels.covered[p];
       for (std::size_t k = 0; k < 3; ++k)
-        result.image.pixels[3 * p + k] = srgb_byte(lit * pixels.colour[p][k] + paper);
+        result.image.pixels[3 * p + k] = srgb_byte(lit * pixels.color[p][k] + paper);
     }
   });
   double covered = 0;
@@ -338,8 +337,8 @@ HalfAxes ellipse_axes(double area, double ratio) {
 SplatImage draw_splats(const OrientedSplats& splats, const SplatView& view, const SplatLook& look) {
   check_splats(splats);
   const std::size_t count = splats.centres.size() / 3;
-  if (count > 0 && splats.colours.size() != 1 && splats.colours.size() != count)
-    throw std::invalid_argument("one colour per splat is needed, or one for all");
+  if (count > 0 && splats.colors.size() != 1 && splats.colors.size() != count)
+    throw std::invalid_argument("one color per splat is needed, or one for all");
   const std::vector<PlacedSplat> placed = placed_splats(
       splats, view, {double{fine_across}, filter_radius * double{fine_across}, look.thickness, look.backs});
   double overlap = 0;
@@ -349,12 +348,12 @@ SplatImage draw_splats(const OrientedSplats& splats, const SplatView& view, cons
   if (std::numbers::pi * overlap > most_overlap * view.width * view.height)
     throw std::invalid_argument("splats that overlap more than 512 times are too large");
   const TileGrid grid = tiles_of(placed, view);
-  std::vector<LinearRgb> colours(splats.colours.size());
-  for (std::size_t i = 0; i < colours.size(); ++i)
-    for (std::size_t k = 0; k < 3; ++k) colours[i][k] = linear_light(splats.colours[i][k]);
+  std::vector<LinearRgb> colors(splats.colors.size());
+  for (std::size_t i = 0; i < colors.size(); ++i)
+    for (std::size_t k = 0; k < 3; ++k) colors[i][k] = linear_light(splats.colors[i][k]);
   SplatPixels pixels;
   const std::size_t size = std::size_t{view.width} * view.height;
-  pixels.colour.resize(size);
+  pixels.color.resize(size);
   pixels.covered.assign(size, 0);
   pixels.depth.assign(size, empty_depth);
   parallel_tasks(static_cast<std::size_t>(grid.rows), [&](std::size_t row) {
@@ -365,7 +364,7 @@ SplatImage draw_splats(const OrientedSplats& splats, const SplatView& view, cons
       const std::size_t begin = grid.begin[tile], end = grid.begin[tile + 1];
       if (begin == end) continue;
       const std::int64_t x0 = column * tile_side, y0 = static_cast<std::int64_t>(row) * tile_side;
-      blend_tile(*cells, placed, std::span(grid.splats).subspan(begin, end - begin), colours, look,
+      blend_tile(*cells, placed, std::span(grid.splats).subspan(begin, end - begin), colors, look,
                  x0 * fine_across, y0 * fine_across);
       resolve_tile(*cells, view, x0, y0, pixels);
     }

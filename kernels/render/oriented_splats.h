@@ -26,18 +26,18 @@ struct SplatView : PictureAxes {
 // margin (share of the smaller side); no point gives a view of scale 1. points: 3 n.
 SplatView fitted_view(std::span<const float> points, Vector3 towards, Vector3 up, std::uint32_t width,
                       std::uint32_t height, double margin = 0.05);
-// The same for a camera that goes round the model about `up`: one scale and centre for every direction of the
+// The same for a camera that goes round the model about `up`: one scale and center for every direction of the
 // elevation of `towards`.
 SplatView turning_view(std::span<const float> points, Vector3 towards, Vector3 up, std::uint32_t width,
                        std::uint32_t height, double margin = 0.05);
 
 // n ellipses. Those that are not finite or have no area are left out.
 struct OrientedSplats {
-  std::span<const float> centres;       // 3 n
-  std::span<const float> normals;       // 3 n; outwards, if the surface is closed
-  std::span<const float> directions;    // 3 n: of the first half-axis, in the tangent plane; empty: any
-  std::span<const float> half_axes;     // 2 n: along and across the direction, in the units of the centres
-  std::span<const SrgbColour> colours;  // n, or one for all
+  std::span<const float> centres;     // 3 n
+  std::span<const float> normals;     // 3 n; outwards, if the surface is closed
+  std::span<const float> directions;  // 3 n: of the first half-axis, in the tangent plane; empty: any
+  std::span<const float> half_axes;   // 2 n: along and across the direction, in the units of the centers
+  std::span<const SrgbColor> colors;  // n, or one for all
 };
 
 // The half-axes a >= b of an ellipse of `area` with a / b = ratio >= 1: pi a b = area.
@@ -47,11 +47,11 @@ struct HalfAxes {
 HalfAxes ellipse_axes(double area, double ratio);
 
 struct SplatLook {
-  double shown = 1;      // share of the half-axes that is painted, (0, 1]; all of it hides what is behind
-  double thickness = 1;  // splats that lie at most this many of their mean half-axes behind the foremost are
-                         // blended with it, >= 0
-  bool backs = true;     // also splats whose normals point away from the eye; false: for closed surfaces
-  double hollows = 1;    // strength of the darkening of hollows, 0..1
+  double shown = 1;  // painted share of the half-axes, (0, 1]; all of it hides samples behind
+  // Splats at most this many of their mean half-axes behind the foremost are blended with it, >= 0.
+  double thickness = 1;
+  bool backs = true;   // also splats whose normals point away from the eye; false: for closed surfaces
+  double hollows = 1;  // strength of the darkening of hollows, 0..1
 };
 
 struct SplatImage {
@@ -60,8 +60,8 @@ struct SplatImage {
 };
 
 // Visibility, then blending (Zwicker, Pfister, van Baar, Gross 2001; Botsch and Kobbelt 2003): the foremost
-// splat decides the depth of a pixel, and those about as near give it colours and normals, weighted by (1 -
-// r^2)^2 of the distance r from their centres in half-axes; light is computed on the mean normal. Splats are
+// splat decides the depth of a pixel, and those about as near give it colors and normals, weighted by (1 -
+// r^2)^2 of the distance r from their centers in half-axes; light is computed on the mean normal. Splats are
 // widened by a filter of half a pixel, so that none falls between pixels; 3 x 3 supersampling. Hollows are
 // darkened as in splat_picture. Tiles of 32 x 32 pixels are drawn in parallel, splats of a tile in their
 // order: the same picture for any number of threads. Throws std::invalid_argument when the sizes do not fit,
@@ -69,15 +69,15 @@ struct SplatImage {
 // bytes a splat, 4 a splat and tile, 32 a pixel, 300 KB a thread). O(n + covered pixels).
 SplatImage draw_splats(const OrientedSplats& splats, const SplatView& view, const SplatLook& look = {});
 
-// Depth of the nearest triangle at the centre of every pixel of the view, height x width; minus infinity
+// Depth of the nearest triangle at the center of every pixel of the view, height x width; minus infinity
 // where there is none. positions: 3 V, in the units of the view; faces: 3 T. Throws std::invalid_argument
-// when a face names a vertex that is not there. O(T + covered pixels).
+// when a face names a vertex that does not exist. O(T + covered pixels).
 std::vector<float> surface_depth(std::span<const double> positions, std::span<const std::uint32_t> faces,
                                  const SplatView& view);
 
-// What of the visible surface no splat covers: pixels whose centre is on the surface (`depth`, of
+// The part of the visible surface that no splat covers: pixels whose center is on the surface (`depth`, of
 // surface_depth) but not within a splat that lies at most its longer half-axis before or behind it there.
-// Splats as they are, without the filter of draw_splats. O(n + covered pixels).
+// Splats are used without the filter of draw_splats. O(n + covered pixels).
 struct WhiteSpace {
   std::uint64_t pixels = 0, white = 0;  // of the surface, and of these not covered
   double share() const { return pixels > 0 ? static_cast<double>(white) / static_cast<double>(pixels) : 0.0; }

@@ -1,4 +1,4 @@
-// Where the eye of a picture is: the axes of an orthographic camera, and what of a model lies along them.
+// The camera of a picture: the axes of an orthographic view, and the extent of a model along them.
 #pragma once
 
 #include <array>

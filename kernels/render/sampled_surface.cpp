@@ -10,11 +10,11 @@ RgbImage sampled_surface_picture(const SampledSurface& sampled, const SurfacePic
   const std::size_t count = sampled.points.size() / 3;
   const auto fits = [&](std::size_t values) { return values == 1 || values == count; };
   if (sampled.normals.size() != 3 * count ||
-      (count > 0 && (!fits(sampled.colours.size()) || !fits(sampled.radii.size()))))
-    throw std::invalid_argument("normals, colours or radii are not as many as the samples");
-  constexpr SrgbColour clay = {226, 224, 219};
+      (count > 0 && (!fits(sampled.colors.size()) || !fits(sampled.radii.size()))))
+    throw std::invalid_argument("normals, colors or radii are not as many as the samples");
+  constexpr SrgbColor clay = {226, 224, 219};
   SurfaceScene scene{sampled.positions, sampled.faces,
-                     std::vector<SrgbColour>(sampled.faces.size() / 3, clay)};
+                     std::vector<SrgbColor>(sampled.faces.size() / 3, clay)};
   scene.ellipses.reserve(count);
   for (std::size_t i = 0; i < count; ++i) {
     const Vector3 normal{sampled.normals[3 * i], sampled.normals[3 * i + 1], sampled.normals[3 * i + 2]};
@@ -25,7 +25,7 @@ RgbImage sampled_surface_picture(const SampledSurface& sampled, const SurfacePic
     scene.ellipses.push_back({{sampled.points[3 * i], sampled.points[3 * i + 1], sampled.points[3 * i + 2]},
                               first,
                               cross(normal, first),
-                              sampled.colours[sampled.colours.size() == 1 ? 0 : i]});
+                              sampled.colors[sampled.colors.size() == 1 ? 0 : i]});
   }
   return surface_picture(scene, parameters);
 }

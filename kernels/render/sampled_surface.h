@@ -14,7 +14,7 @@ struct SampledSurface {
   std::span<const std::uint32_t> faces;  // 3 T
   std::span<const double> points;        // 3 n samples, in the units of the vertices
   std::span<const float> normals;        // 3 n unit vectors
-  std::span<const SrgbColour> colours;   // n, or one for all
+  std::span<const SrgbColor> colors;     // n, or one for all
   std::span<const double> radii;         // n of the discs, in the units of the vertices, or one for all
 };
 

@@ -22,7 +22,7 @@ struct SeenSample {
   std::uint8_t length;  // bin of its primary spacing
 };
 
-// Where light comes from, and what it reaches.
+// The light and the parts that it reaches.
 class Lighting {
  public:
   // The mesh as the light sees it decides what lies in shadow (Williams 1978, "Casting curved shadows on
@@ -35,8 +35,8 @@ class Lighting {
 
   // Share of the light that arrives at a point of the model with this cosine against it.
   double arriving(Vector3 point, double facing) const;
-  // The light of a surface that faces along `normal` (camera's frame), 0..1: key light, what the ground
-  // reflects, less in hollows.
+  // The light of a surface that faces along `normal` (camera's frame), 0..1: key light and the reflection of
+  // the ground, less in hollows.
   double on(Vector3 normal, double arrives, double hollow) const;
   // How near the mirrored light comes to the eye, 0..1.
   double shine(Vector3 normal, double arrives) const;
@@ -59,10 +59,9 @@ class SeenGrid {
   SeenGrid(std::span<const SeenSample> seen, std::uint32_t width, std::uint32_t height, double cell,
            bool contours = false);
 
-  // How far directions around (x, y) are turned against (cosine, sine), at most a quarter turn; 0 where there
-  // are none.
+  // The angle of the directions around (x, y) to (cosine, sine), at most a quarter turn; 0 if there are none.
   double turn(double x, double y, double cosine, double sine) const;
-  // The mean light around (x, y); `own` where there is none.
+  // The mean light around (x, y); `own` if there is none.
   double light(double x, double y, double own) const;
 
  private:

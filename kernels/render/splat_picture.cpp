@@ -27,7 +27,7 @@ Vector3 vector_at(std::span<const float> values, std::size_t i) {
   return {values[3 * i], values[3 * i + 1], values[3 * i + 2]};
 }
 
-// Fits all finite points and their discs into the picture; false when there are none.
+// Fits all finite points and their discs into the picture; false if there are no such points.
 bool place_camera(Camera& camera, std::span<const float> points, double area,
                   const SplatParameters& parameters) {
   static_cast<PictureAxes&>(camera) = picture_axes(parameters.view, parameters.up);
@@ -86,16 +86,16 @@ void draw_spot(Canvas& canvas, Vector3 at, Vector3 normal, double radius, double
     }
 }
 
-using LinearColour = std::array<float, 3>;
+using LinearColor = std::array<float, 3>;
 
 RgbImage resolve(const Canvas& canvas, const Camera& camera, std::uint32_t size,
-                 std::span<const SrgbColour> colours) {
-  // Beads without colours from the nearest to the farthest, and the discs below them.
-  constexpr LinearColour near_colour = {0.80f, 0.16f, 0.03f}, far_colour = {0.05f, 0.16f, 0.48f};
-  constexpr LinearColour disc_colour = {0.80f, 0.79f, 0.76f};
-  std::vector<LinearColour> own(colours.size());
-  for (std::size_t i = 0; i < colours.size(); ++i)
-    for (std::size_t k = 0; k < 3; ++k) own[i][k] = linear_light(colours[i][k]);
+                 std::span<const SrgbColor> colors) {
+  // Beads without colors from the nearest to the farthest, and the discs below them.
+  constexpr LinearColor near_color = {0.80f, 0.16f, 0.03f}, far_color = {0.05f, 0.16f, 0.48f};
+  constexpr LinearColor disc_color = {0.80f, 0.79f, 0.76f};
+  std::vector<LinearColor> own(colors.size());
+  for (std::size_t i = 0; i < colors.size(); ++i)
+    for (std::size_t k = 0; k < 3; ++k) own[i][k] = linear_light(colors[i][k]);
   RgbImage image(size, size);
   const auto range = static_cast<float>(std::max(camera.near - camera.far, 1e-9));
   for (std::uint32_t y = 0; y < size; ++y)
@@ -107,14 +107,13 @@ RgbImage resolve(const Canvas& canvas, const Camera& camera, std::uint32_t size,
         const bool empty = canvas.depth[i] == empty_depth;
         const float t =
             empty ? 0 : std::clamp((static_cast<float>(camera.near) - canvas.depth[i]) / range, 0.0f, 1.0f);
-        LinearColour colour = disc_colour;
+        LinearColor color = disc_color;
         if (canvas.bead[i] > 0 && !own.empty()) {
-          colour = own[own.size() == 1 ? 0 : canvas.bead[i] - 1];
+          color = own[own.size() == 1 ? 0 : canvas.bead[i] - 1];
         } else if (canvas.bead[i] > 0) {
-          for (std::size_t k = 0; k < 3; ++k)
-            colour[k] = near_colour[k] + t * (far_colour[k] - near_colour[k]);
+          for (std::size_t k = 0; k < 3; ++k) color[k] = near_color[k] + t * (far_color[k] - near_color[k]);
         }
-        for (std::size_t k = 0; k < 3; ++k) sum[k] += empty ? 1.0f : canvas.light[i] * colour[k];
+        for (std::size_t k = 0; k < 3; ++k) sum[k] += empty ? 1.0f : canvas.light[i] * color[k];
       }
       for (std::size_t k = 0; k < 3; ++k)
         image.pixel(x, y)[k] = srgb_byte(sum[k] / (oversampling * oversampling));
@@ -125,9 +124,9 @@ RgbImage resolve(const Canvas& canvas, const Camera& camera, std::uint32_t size,
 }  // namespace
 
 RgbImage splat_picture(std::span<const float> points, std::span<const float> normals, double area,
-                       const SplatParameters& parameters, std::span<const SrgbColour> colours) {
-  if (colours.size() > 1 && colours.size() != points.size() / 3)
-    throw std::invalid_argument("one colour per point is needed, one for all, or none");
+                       const SplatParameters& parameters, std::span<const SrgbColor> colors) {
+  if (colors.size() > 1 && colors.size() != points.size() / 3)
+    throw std::invalid_argument("one color per point is needed, one for all, or none");
   Camera camera;
   if (!place_camera(camera, points, area, parameters)) return RgbImage(parameters.size, parameters.size);
   const std::size_t count = points.size() / 3;
@@ -148,13 +147,13 @@ RgbImage splat_picture(std::span<const float> points, std::span<const float> nor
     if (!finite_vector(facing) || norm(facing) < 1e-6) facing = {0, 0, 1};
     if (facing.z < 0) facing = -1.0 * facing;
     facing = unit_vector(facing);
-    // The discs lie a little farther, so that on a curved surface they do not cover their neighbours' beads.
+    // The discs lie a little farther, so that on a curved surface they do not cover their neighbors' beads.
     if (disc > 0) draw_spot(canvas, at - Vector3{0, 0, 0.45 * camera.spacing}, facing, disc, 0, 0);
     draw_spot(canvas, at, facing, bead, 0.7, static_cast<std::uint32_t>(i + 1));
   }
   // Background counts as a little behind the model: contours stay bright.
   darken_hollows(canvas.depth, canvas.light, canvas.size, canvas.size, static_cast<float>(camera.far));
-  return resolve(canvas, camera, parameters.size, colours);
+  return resolve(canvas, camera, parameters.size, colors);
 }
 
 }  // namespace meander

@@ -14,8 +14,7 @@ namespace {
 
 constexpr std::int64_t tile_pixels = 64;
 
-// What lies on the paper at a pixel: opaque media the light that it gives, glazes optical densities; and the
-// height of the paint.
+// The paint at a pixel: for opaque media its light, for glazes optical densities; and its height.
 struct Paint {
   float red = 0, green = 0, blue = 0, height = 0;
 };
@@ -144,7 +143,7 @@ void each_pixel(const Stroke& stroke, const BrushTexture& brush, const PixelArea
 // pressure.
 float taken(float p, float cover, float grain) {
   const float threshold = grain * (0.75f - 0.35f * cover);
-  // What valleys get at least fills them in the end.
+  // Valleys get a minimum, which fills them in the end.
   return 0.12f + 0.88f * std::clamp((p - threshold) * 2.2f + 0.5f, 0.0f, 1.0f);
 }
 
@@ -177,7 +176,7 @@ class Painter {
  private:
   Paint bare() const {
     if (style_.glaze) return {};
-    return {style_.paper_colour[0], style_.paper_colour[1], style_.paper_colour[2], 0};
+    return {style_.paper_color[0], style_.paper_color[1], style_.paper_color[2], 0};
   }
 
   void paint_stroke(const Stroke& stroke, const PixelArea& tile_area, std::vector<Paint>& picture) const {
@@ -189,7 +188,7 @@ class Painter {
       std::array<float, 3> density;
       for (std::size_t k = 0; k < 3; ++k)
         density[k] =
-            -stroke.opacity * std::log(std::clamp(stroke.colour[k] / style_.paper_colour[k], 0.004f, 1.0f));
+            -stroke.opacity * std::log(std::clamp(stroke.color[k] / style_.paper_color[k], 0.004f, 1.0f));
       const auto granulation = static_cast<float>(style_.granulation);
       each_pixel(stroke, brush, area, [&](std::int64_t x, std::int64_t y, const BrushTexel& texel) {
         const std::size_t i = static_cast<std::size_t>(y) * canvas_.width + static_cast<std::size_t>(x);
@@ -205,19 +204,19 @@ class Painter {
     const float thickness = static_cast<float>(style_.impasto * std::max(1.0, canvas_.unit)),
                 streak = style_.impasto > 0 ? 0.14f : 0;
     // A hand presses harder in the dark, and fills more of the valleys.
-    const float bright = 0.2126f * stroke.colour[0] + 0.7152f * stroke.colour[1] + 0.0722f * stroke.colour[2],
+    const float bright = 0.2126f * stroke.color[0] + 0.7152f * stroke.color[1] + 0.0722f * stroke.color[2],
                 pressed = style_.sticks ? grain * std::min(1.0f, 0.4f + 1.1f * std::sqrt(bright)) : grain;
     each_pixel(stroke, brush, area, [&](std::int64_t x, std::int64_t y, const BrushTexel& texel) {
       const std::size_t i = static_cast<std::size_t>(y) * canvas_.width + static_cast<std::size_t>(x);
       float cover = std::min(1.0f, stroke.opacity * texel.cover);
       if (pressed > 0) cover *= taken(paper_[i], cover, pressed);
-      // Bristles carry a little more or less of the colour.
+      // Bristles carry a little more or less of the color.
       const float shade = 1 + streak * (texel.height - 0.75f);
       Paint& below = picture[i];
-      below.red += cover * (shade * stroke.colour[0] - below.red);
-      below.green += cover * (shade * stroke.colour[1] - below.green);
-      below.blue += cover * (shade * stroke.colour[2] - below.blue);
-      // The brush levels half of what is there and leaves its own.
+      below.red += cover * (shade * stroke.color[0] - below.red);
+      below.green += cover * (shade * stroke.color[1] - below.green);
+      below.blue += cover * (shade * stroke.color[2] - below.blue);
+      // The brush levels half of the height below it and leaves its own.
       below.height += cover * (thickness * texel.height - 0.55f * below.height);
     });
   }
@@ -230,7 +229,7 @@ class Painter {
   const std::vector<float>& paper_;
 };
 
-// Where the paper is wet, which it is in patches, washes run into one another: densities become more like
+// Washes run into one another where the paper is wet, which it is in patches: densities become more like
 // those around them. Bare paper stays bare, so that washes keep their outlines.
 void run_together(std::vector<Paint>& picture, const StrokeCanvas& canvas, double wet,
                   const LatticeNoise& noise) {
@@ -353,7 +352,7 @@ RgbImage paint_strokes(std::span<const Stroke> strokes, std::span<const BrushSet
       const ReliefLight light = relief.at(x, y);
       std::array<float, 3> seen = {paint.red, paint.green, paint.blue};
       for (std::size_t k = 0; k < 3; ++k) {
-        if (style.glaze) seen[k] = style.paper_colour[k] * std::exp(-seen[k]);
+        if (style.glaze) seen[k] = style.paper_color[k] * std::exp(-seen[k]);
         image.pixel(x, static_cast<std::uint32_t>(y))[k] = srgb_byte(light.shade * seen[k] + light.gloss);
       }
     }

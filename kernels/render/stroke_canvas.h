@@ -16,8 +16,8 @@ struct Stroke {
   float cosine = 1, sine = 0;   // of its direction in the picture (y down)
   float length = 0, width = 0;  // pixels
   float bend = 0;               // curvature of its middle line, 1 / pixels; small against 1 / length
-  float opacity = 1;            // glaze: its optical density relative to that of its colour
-  LinearColour colour{};
+  float opacity = 1;            // glaze: its optical density relative to that of its color
+  LinearColor color{};
   std::uint32_t sample = 0;  // that it stands for
   std::uint8_t layer = 0;    // its brushes
   std::uint8_t brush_length = 0, brush_variation = 0;
@@ -32,7 +32,7 @@ struct StrokeCanvas {
 
 // Strokes are painted one over the other in the order given, by tiles in parallel; the result does not depend
 // on that. style.glaze: densities add up (light is multiplied) and gather at edges and in valleys of the
-// paper (Curtis, Anderson, Seims, Fleischer, Salesin 1997); else colours and heights are replaced by the
+// paper (Curtis, Anderson, Seims, Fleischer, Salesin 1997); else colors and heights are replaced by the
 // share that is covered, and the heights are lit afterwards (Hertzmann 2002). Paper with its relief where
 // nothing is painted. O(pixels + covered pixels of all strokes); about 80 bytes a pixel. Throws
 // std::invalid_argument for a stroke whose brush is not there. `brushes`: by layer of the strokes.

@@ -9,7 +9,7 @@ namespace meander {
 
 namespace {
 
-LinearColour linear_colour(unsigned rgb) {
+LinearColor linear_color(unsigned rgb) {
   return {linear_light(static_cast<std::uint8_t>(rgb >> 16)),
           linear_light(static_cast<std::uint8_t>(rgb >> 8 & 255)),
           linear_light(static_cast<std::uint8_t>(rgb & 255))};
@@ -38,7 +38,7 @@ StrokeStyle watercolour() {
   StrokeStyle style;
   style.brush = {.soft = 0.3, .wobble = 0.3, .rim = 0.5, .mottle = 0.35};
   style.paper = PaperKind::cold_press;
-  style.paper_colour = linear_colour(0xfbf8f0);
+  style.paper_color = linear_color(0xfbf8f0);
   style.glaze = true;
   style.granulation = 0.3;
   style.edge = 1.1;
@@ -67,7 +67,7 @@ StrokeStyle crayon() {
                  .wobble = 0.12,
                  .mottle = 0.35};
   style.paper = PaperKind::tooth;
-  style.paper_colour = linear_colour(0xf6f1e6);
+  style.paper_color = linear_color(0xf6f1e6);
   style.grain = 0.62;
   style.sticks = true;
   StrokeLayer ground = brush_layer(LayerPurpose::underpaint, 0.06, 1.1, 3, 6);
@@ -84,17 +84,17 @@ StrokeStyle pencil(bool many_tones) {
   StrokeStyle style;
   style.brush = {.taper = 0.22, .soft = 0.6, .wobble = 0.15, .mottle = 0.45};
   style.paper = PaperKind::tooth;
-  style.paper_colour = linear_colour(0xf7f4ec);
+  style.paper_color = linear_color(0xf7f4ec);
   style.glaze = true;
   style.grain = 0.6;
   if (many_tones) {
-    style.inks = {linear_colour(0x8d8d92), linear_colour(0x5b5a60), linear_colour(0x2b2a2e)};
+    style.inks = {linear_color(0x8d8d92), linear_color(0x5b5a60), linear_color(0x2b2a2e)};
     style.layers = {hatching_layer(LayerPurpose::body, 0.42, 2.1, 22, 70, 0),
                     hatching_layer(LayerPurpose::cross, 0.4, 2.0, 16, 44, 1),
                     hatching_layer(LayerPurpose::body, 0.6, 1.9, 16, 48, 2),
                     hatching_layer(LayerPurpose::contour, 0, 1.7, 16, 30, 2)};
   } else {
-    style.inks = {linear_colour(0x4a494e)};
+    style.inks = {linear_color(0x4a494e)};
     style.layers = {hatching_layer(LayerPurpose::body, 0.6, 2.3, 20, 64, 0),
                     hatching_layer(LayerPurpose::cross, 0.6, 2.2, 16, 44, 0),
                     hatching_layer(LayerPurpose::contour, 0, 1.7, 16, 30, 0)};
@@ -107,15 +107,15 @@ StrokeStyle ink(bool many_tones) {
   StrokeStyle style;
   style.brush = {.taper = 0.42, .soft = 0.3, .wobble = 0.2};
   style.paper = PaperKind::smooth;
-  style.paper_colour = linear_colour(0xfaf6ea);
+  style.paper_color = linear_color(0xfaf6ea);
   if (many_tones) {
-    style.inks = {linear_colour(0x8a6a4c), linear_colour(0x4c3a34), linear_colour(0x15161c)};
+    style.inks = {linear_color(0x8a6a4c), linear_color(0x4c3a34), linear_color(0x15161c)};
     style.layers = {hatching_layer(LayerPurpose::body, 0.4, 2.0, 16, 52, 0),
                     hatching_layer(LayerPurpose::cross, 0.4, 1.8, 14, 40, 1),
                     hatching_layer(LayerPurpose::body, 0.6, 2.0, 14, 44, 2),
                     hatching_layer(LayerPurpose::contour, 0, 2.4, 18, 34, 2)};
   } else {
-    style.inks = {linear_colour(0x17181f)};
+    style.inks = {linear_color(0x17181f)};
     style.layers = {hatching_layer(LayerPurpose::body, 0.55, 1.8, 16, 52, 0),
                     hatching_layer(LayerPurpose::cross, 0.6, 1.6, 14, 40, 0),
                     hatching_layer(LayerPurpose::contour, 0, 2.4, 18, 34, 0)};
@@ -135,7 +135,7 @@ StrokeStyle acrylic() {
                  .mottle = 0.1,
                  .ridge = 0.5};
   style.paper = PaperKind::canvas;
-  style.paper_colour = linear_colour(0xf1ede4);
+  style.paper_color = linear_color(0xf1ede4);
   style.impasto = 1.0;
   style.gloss = 0.04;
   style.background = true;
@@ -157,7 +157,7 @@ StrokeStyle pastel() {
   style.brush = {
       .bristles = 4, .streak = 0.2, .ragged = 0.05, .taper = 0.04, .soft = 0.7, .wobble = 0.1, .mottle = 0.3};
   style.paper = PaperKind::tooth;
-  style.paper_colour = linear_colour(0xcdbfa8);
+  style.paper_color = linear_color(0xcdbfa8);
   style.grain = 0.55;
   style.impasto = 0.3;
   style.sticks = true;
@@ -185,7 +185,7 @@ StrokeStyle oil() {
                  .mottle = 0.2,
                  .ridge = 0.7};
   style.paper = PaperKind::canvas;
-  style.paper_colour = linear_colour(0xe6dcc6);
+  style.paper_color = linear_color(0xe6dcc6);
   style.impasto = 2.0;
   style.gloss = 0.10;
   style.background = true;
@@ -228,11 +228,11 @@ StrokeStyle stroke_style(StrokeMedium medium, bool many_tones) {
   return {};
 }
 
-PaletteColours palette_colours(StrokePalette palette) {
+PaletteColors palette_colors(StrokePalette palette) {
   const auto of = [](const std::array<unsigned, 6>& stops, unsigned dark, unsigned light) {
-    PaletteColours made;
-    for (std::size_t k = 0; k < 6; ++k) made.stops[k] = linear_colour(stops[k]);
-    made.ground = {linear_colour(dark), linear_colour(light)};
+    PaletteColors made;
+    for (std::size_t k = 0; k < 6; ++k) made.stops[k] = linear_color(stops[k]);
+    made.ground = {linear_color(dark), linear_color(light)};
     return made;
   };
   switch (palette) {
@@ -248,11 +248,11 @@ PaletteColours palette_colours(StrokePalette palette) {
   return {};
 }
 
-LinearColour palette_colour_at(const PaletteColours& palette, double light) {
+LinearColor palette_color_at(const PaletteColors& palette, double light) {
   const double at = 5 * std::clamp(light, 0.0, 1.0);
   const auto k = std::min<std::size_t>(4, static_cast<std::size_t>(at));
   const auto t = static_cast<float>(at - static_cast<double>(k));
-  LinearColour mixed;
+  LinearColor mixed;
   // Even steps to the eye: mixed as square roots of light.
   for (std::size_t c = 0; c < 3; ++c) {
     const float s = (1 - t) * std::sqrt(palette.stops[k][c]) + t * std::sqrt(palette.stops[k + 1][c]);

@@ -1,4 +1,4 @@
-// The media that strokes are painted in: brush, paper, layers and colours of each.
+// The media that strokes are painted in: brush, paper, layers and colors of each.
 #pragma once
 
 #include <array>
@@ -16,9 +16,9 @@ enum class StrokePalette : std::uint8_t { terracotta, verdigris, ochre, slate };
 inline constexpr std::array<std::string_view, 4> stroke_palette_names = {"terracotta", "verdigris", "ochre",
                                                                          "slate"};
 
-using LinearColour = std::array<float, 3>;  // red, green, blue of sRGB's primaries, linear light
+using LinearColor = std::array<float, 3>;  // red, green, blue of sRGB's primaries, linear light
 
-// What a brush leaves on flat paper. Shares are of the length or of half the width.
+// The mark of a brush on flat paper. Shares are of the length or of half the width.
 struct BrushShape {
   double bristles = 0;  // streaks across the width; 0: none
   double streak = 0;    // how much paint the gaps between bristles lack, 0..1
@@ -46,7 +46,7 @@ enum class LayerPurpose : std::uint8_t {
 // of the surface / samples of the layer), or in pixels of a picture 1,080 high where `in_pixels`.
 struct StrokeLayer {
   LayerPurpose purpose = LayerPurpose::body;
-  double share = 1;  // the first so many of the samples, 0..1
+  double share = 1;  // share of the samples, the first ones, 0..1
   double width = 0.9;
   double shortest = 1.6, longest = 5;  // by the primary spacing: those of the 5 % and the 95 % quantile
   double opacity = 1;
@@ -56,13 +56,13 @@ struct StrokeLayer {
   // Tone by the number of strokes: the darkness that this layer reaches at most, 0: all its samples have
   // strokes.
   double darkest = 0;
-  int ink = -1;  // of StrokeStyle::inks; -1: the colour of the light there
+  int ink = -1;  // of StrokeStyle::inks; -1: the color of the light there
 };
 
 struct StrokeStyle {
   BrushShape brush;
   PaperKind paper = PaperKind::smooth;
-  LinearColour paper_colour{};
+  LinearColor paper_color{};
   bool glaze = false;          // strokes multiply the light of what lies below; otherwise they cover it
   double grain = 0;            // how much of a stroke the valleys of the paper stay free of, 0..1
   double granulation = 0;      // glaze: how much more pigment settles in the valleys
@@ -70,25 +70,25 @@ struct StrokeStyle {
   double wet = 0;              // glaze: how far washes run into one another where the paper is wet, 0..1
   double impasto = 0;          // height of paint, pixels of a picture up to 1,080 high; 0: flat
   double gloss = 0;            // of the light that wet ridges reflect
-  bool sticks = false;         // every stroke has one of the palette's colours, unmixed
+  bool sticks = false;         // every stroke has one of the palette's colors, unmixed
   bool background = false;     // the ground is painted too
-  double lift = 0;             // how much lighter than the light there colours are, 0..1
+  double lift = 0;             // how much lighter than the light there colors are, 0..1
   double unpainted_light = 2;  // glaze: light from which on the paper shows, thinned by rank
-  std::vector<LinearColour> inks{};
+  std::vector<LinearColor> inks{};
   std::vector<StrokeLayer> layers{};  // painted one after the other
 };
 
-// From the deepest shadow, cool, to the brightest light, warm; colours of the ground, dark and light.
-struct PaletteColours {
-  std::array<LinearColour, 6> stops;
-  std::array<LinearColour, 2> ground;
+// From the deepest shadow, cool, to the brightest light, warm; colors of the ground, dark and light.
+struct PaletteColors {
+  std::array<LinearColor, 6> stops;
+  std::array<LinearColor, 2> ground;
 };
 
 // `many_tones`: ink and pencil in three tones instead of one (no other medium has them).
 bool has_tones(StrokeMedium medium);
 StrokeStyle stroke_style(StrokeMedium medium, bool many_tones = false);
-PaletteColours palette_colours(StrokePalette palette);
-// Of a light in [0, 1], clamped.
-LinearColour palette_colour_at(const PaletteColours& palette, double light);
+PaletteColors palette_colors(StrokePalette palette);
+// The value for a light, clamped to [0, 1].
+LinearColor palette_color_at(const PaletteColors& palette, double light);
 
 }  // namespace meander

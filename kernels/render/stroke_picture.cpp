@@ -32,7 +32,7 @@ StrokePalette palette_of(const StrokePictureParameters& parameters) {
   }
 }
 
-double luminance(const LinearColour& c) { return 0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2]; }
+double luminance(const LinearColor& c) { return 0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2]; }
 
 // Strokes of ground and shadow are not smaller than this, that narrow pictures have no more of them.
 constexpr double least_unit = 0.25;
@@ -45,7 +45,7 @@ class Planner {
         parameters_(parameters),
         plan_(plan),
         noise_(noise),
-        colours_(palette_colours(palette_of(parameters))),
+        colors_(palette_colors(palette_of(parameters))),
         key_(picture_key(parameters.seed)),
         depth_(plan.depth) {
     margin_ = std::round(parameters.margin * std::min(parameters.width, parameters.height));
@@ -158,7 +158,7 @@ class Planner {
     return layer.ink >= 0 ? 1 : std::clamp(1 - 2.6 * sample.light, 0.0, 1.0);
   }
 
-  // Whether the sample has a stroke in the layer: its rank, as a share, is below what is asked for there.
+  // Whether the sample has a stroke in the layer: its rank, as a share, is below that of the layer there.
   double asked(const SeenSample& sample, const StrokeLayer& layer, const SeenGrid& around) const {
     const StrokeStyle& style = plan_.style;
     switch (layer.purpose) {
@@ -192,28 +192,27 @@ class Planner {
     const StrokeStyle& style = plan_.style;
     double each = layer.opacity * (style.grain > 0 ? 0.62 : 1);
     if (style.glaze && layer.ink >= 0)
-      each *= std::log(luminance(style.paper_colour) /
-                       luminance(style.inks[static_cast<std::size_t>(layer.ink)]));
+      each *=
+          std::log(luminance(style.paper_color) / luminance(style.inks[static_cast<std::size_t>(layer.ink)]));
     return each;
   }
 
-  LinearColour colour_of(const SeenSample& sample, const StrokeLayer& layer, double tone,
-                         double choice) const {
+  LinearColor color_of(const SeenSample& sample, const StrokeLayer& layer, double tone, double choice) const {
     if (layer.ink >= 0) return plan_.style.inks[static_cast<std::size_t>(layer.ink)];
     double light = sample.light + layer.tone_jitter * (2 * tone - 1);
     if (layer.purpose == LayerPurpose::light) light = std::max(light, 0.7 + 0.3 * sample.shine);
     if (layer.purpose == LayerPurpose::contour) light = (sample.light > 0.4 ? 0.75 : 0.55) * light;
     if (plan_.style.sticks) {
-      // The nearest two colours in turn, as often as each is near.
+      // The nearest two colors in turn, as often as each is near.
       const double at = 5 * std::clamp(light, 0.0, 1.0);
-      return colours_.stops[std::min<std::size_t>(5, static_cast<std::size_t>(at + choice))];
+      return colors_.stops[std::min<std::size_t>(5, static_cast<std::size_t>(at + choice))];
     }
     light += plan_.style.lift * (1 - light);
-    LinearColour mixed = palette_colour_at(colours_, light);
-    // Broken colour: now and then some of the ground's.
+    LinearColor mixed = palette_color_at(colors_, light);
+    // Broken color: now and then some of the ground's.
     if (!plan_.style.glaze && choice < 0.12)
       for (std::size_t k = 0; k < 3; ++k)
-        mixed[k] += 0.22f * (colours_.ground[sample.light > 0.5][k] - mixed[k]);
+        mixed[k] += 0.22f * (colors_.ground[sample.light > 0.5][k] - mixed[k]);
     return mixed;
   }
 
@@ -223,7 +222,7 @@ class Planner {
     return sum / static_cast<double>(brush_variations);
   }
 
-  // What a stroke covers, on average over the variations of its brush.
+  // The area that a stroke covers, on average over the variations of its brush.
   double covered_by(const Stroke& stroke, const StrokeLayer& layer, const Sizes& sizes, double across) const {
     return static_cast<double>(stroke.length) * sizes.width * (layer.in_pixels ? 1 : 0.5 + 0.5 * across) *
            mean_cover(stroke.layer, stroke.brush_length);
@@ -274,7 +273,7 @@ class Planner {
     stroke.cosine = static_cast<float>(lie.cosine * std::cos(turned) - lie.sine * std::sin(turned));
     stroke.sine = static_cast<float>(lie.sine * std::cos(turned) + lie.cosine * std::sin(turned));
     if (layer.purpose != LayerPurpose::cross) bend(stroke, sample, lie, around);
-    stroke.colour = colour_of(sample, layer, share(words[2]), share(words[3]));
+    stroke.color = color_of(sample, layer, share(words[2]), share(words[3]));
     stroke.opacity = static_cast<float>(layer.opacity * (0.85 + 0.3 * share(more[1])));
     if (layer.purpose == LayerPurpose::contour)
       stroke.opacity *= static_cast<float>(contour_strength(sample, layer));
@@ -346,9 +345,9 @@ class Planner {
       stroke.bend =
           static_cast<float>((random(i, layer, 3) - 0.5) * 0.9 / static_cast<double>(stroke.length));
       for (std::size_t k = 0; k < 3; ++k) {
-        const double dark = std::sqrt(colours_.ground[0][k]), bright = std::sqrt(colours_.ground[1][k]);
+        const double dark = std::sqrt(colors_.ground[0][k]), bright = std::sqrt(colors_.ground[1][k]);
         const double mixed = dark + light * (bright - dark);
-        stroke.colour[k] = static_cast<float>(mixed * mixed);
+        stroke.color[k] = static_cast<float>(mixed * mixed);
       }
       plan_.strokes.push_back(stroke);
     }
@@ -431,12 +430,12 @@ class Planner {
       const double angle = (lines ? 0.06 : 0.2) * (2 * random(i, layer, 1) - 1);
       Stroke stroke = plane_stroke(brushes, at, angle, width, random(i, layer, 2), shortest, longest);
       if (!style.inks.empty()) {
-        stroke.colour = style.inks[style.inks.size() / 2];
+        stroke.color = style.inks[style.inks.size() / 2];
       } else {
         // Cool: between the palette's shadow and the dark ground.
         const auto t = static_cast<float>(0.15 + 0.4 * random(i, layer, 3));
         for (std::size_t k = 0; k < 3; ++k)
-          stroke.colour[k] = t * colours_.stops[0][k] + (1 - t) * 0.75f * colours_.ground[0][k];
+          stroke.color[k] = t * colors_.stops[0][k] + (1 - t) * 0.75f * colors_.ground[0][k];
       }
       // On bare paper a shadow ends where the hand stops, before the margin; in a painted ground, with it.
       if (!style.background && random(i, layer, 0) > room_around(stroke)) continue;
@@ -449,7 +448,7 @@ class Planner {
   const StrokePictureParameters& parameters_;
   StrokePlan& plan_;
   const LatticeNoise& noise_;
-  PaletteColours colours_;
+  PaletteColors colors_;
   RandomKey key_;
   PictureView view_;
   DepthPicture& depth_;

@@ -40,10 +40,10 @@ struct StrokePictureParameters {
 // Everything wrong with them, one sentence each.
 std::vector<std::string> validate(const StrokePictureParameters& parameters);
 
-// What is painted, in this order: the ground, the cast shadow, then the layers of the style; within a layer
-// from the back to the front in 16 slabs of depth, in random order within a slab, so that strokes of nearer
-// parts lie on those of farther ones and no direction of painting shows (Meier 1996, "Painterly rendering
-// for animation").
+// Painted in this order: the ground, the cast shadow, then the layers of the style; within a layer from the
+// back to the front in 16 slabs of depth, in random order within a slab, so that strokes of nearer parts lie
+// on those of farther ones and no direction of painting shows (Meier 1996, "Painterly rendering for
+// animation").
 struct StrokePlan {
   StrokeStyle style;
   StrokeCanvas canvas;

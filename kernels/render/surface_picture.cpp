@@ -37,12 +37,12 @@ View place_view(const SurfaceScene& scene, const SurfacePictureParameters& param
   return view;
 }
 
-// Every fine pixel: depth towards the eye, light, colour, and the unit normal that faces the eye.
+// Every fine pixel: depth towards the eye, light, color, and the unit normal that faces the eye.
 struct SurfaceCanvas {
   std::int64_t size = 0;
   std::vector<float> depth, light;
   std::vector<std::array<float, 3>> normal;
-  std::vector<SrgbColour> colour;
+  std::vector<SrgbColor> color;
 };
 
 struct PixelRange {
@@ -58,7 +58,7 @@ PixelRange pixels_around(const SurfaceCanvas& canvas, double x0, double x1, doub
 
 // The normals are on the side of the triangle that faces the eye; at a contour they may lean away from it.
 void draw_triangle(SurfaceCanvas& canvas, const std::array<Vector3, 3>& p,
-                   const std::array<Vector3, 3>& normal, SrgbColour colour) {
+                   const std::array<Vector3, 3>& normal, SrgbColor color) {
   const double area = (p[1].x - p[0].x) * (p[2].y - p[0].y) - (p[1].y - p[0].y) * (p[2].x - p[0].x);
   if (area == 0 || !std::isfinite(area)) return;
   const PixelRange range =
@@ -83,7 +83,7 @@ void draw_triangle(SurfaceCanvas& canvas, const std::array<Vector3, 3>& p,
       canvas.depth[i] = depth;
       canvas.light[i] = light_on(n);
       canvas.normal[i] = {static_cast<float>(n.x), static_cast<float>(n.y), static_cast<float>(n.z)};
-      canvas.colour[i] = colour;
+      canvas.color[i] = color;
     }
 }
 
@@ -98,7 +98,7 @@ void draw_mesh(SurfaceCanvas& canvas, const View& view, const SurfaceScene& scen
     if (finite_vector(face_normal[f]))
       for (std::size_t k = 0; k < 3; ++k) mean[c[k]] = mean[c[k]] + face_normal[f];
   }
-  constexpr SrgbColour pale = {218, 217, 213};
+  constexpr SrgbColor pale = {218, 217, 213};
   for (std::size_t f = 0; f < faces; ++f) {
     const std::uint32_t* c = scene.faces.data() + 3 * f;
     const double length = norm(face_normal[f]);
@@ -112,11 +112,11 @@ void draw_mesh(SurfaceCanvas& canvas, const View& view, const SurfaceScene& scen
       normal[k] = side * (smooth ? (1 / mean_length) * mean[c[k]] : flat);
     }
     draw_triangle(canvas, {at[c[0]], at[c[1]], at[c[2]]}, normal,
-                  scene.face_colours.empty() ? pale : scene.face_colours[f]);
+                  scene.face_colors.empty() ? pale : scene.face_colors[f]);
   }
 }
 
-// Calls paint(pixel, difference from `centre`) for every covered pixel within `reach` of it in the picture.
+// Calls paint(pixel, difference from `center`) for every covered pixel within `reach` of it in the picture.
 template <class Paint>
 void around(const SurfaceCanvas& canvas, Vector3 centre, double reach, Paint paint) {
   const PixelRange range =
@@ -148,7 +148,7 @@ void paint_ellipses(SurfaceCanvas& canvas, const View& view, const std::vector<S
       const auto& own = canvas.normal[i];
       if (own[0] * normal.x + own[1] * normal.y + own[2] * normal.z < 0.3) return;
       nearest[i] = static_cast<float>(square);
-      canvas.colour[i] = ellipse.colour;
+      canvas.color[i] = ellipse.color;
     });
   }
   // A darker rim keeps ellipses apart that touch.
@@ -168,7 +168,7 @@ void paint_lines(SurfaceCanvas& canvas, const View& view, const std::vector<Surf
       // A chord of a curved surface lies beside it in depth: there it may be farther than half its width.
       if (off.x * off.x + off.y * off.y > radius * radius) return;
       if (std::abs(off.z) > 2.5 * radius + 0.15 * std::sqrt(square)) return;
-      canvas.colour[i] = line.colour;
+      canvas.color[i] = line.color;
       canvas.light[i] = 0.3f * canvas.light[i] + 0.7f;
     });
   }
@@ -179,7 +179,7 @@ void paint_dots(SurfaceCanvas& canvas, const View& view, const std::vector<Surfa
     const Vector3 centre = view.point(dot_mark.centre);
     const double radius = samples_across * dot_mark.radius;
     if (!finite_vector(centre) || centre.x < 0 || centre.y < 0) continue;
-    // Whole disks, where the surface at the centre is not hidden.
+    // Whole disks, where the surface at the center is not hidden.
     const auto x = static_cast<std::int64_t>(std::lround(centre.x)),
                y = static_cast<std::int64_t>(std::lround(centre.y));
     if (x >= canvas.size || y >= canvas.size) continue;
@@ -193,7 +193,7 @@ void paint_dots(SurfaceCanvas& canvas, const View& view, const std::vector<Surfa
         const double square = (dx * dx + dy * dy) / (radius * radius);
         if (square > 1) continue;
         const auto i = static_cast<std::size_t>(py * canvas.size + px);
-        canvas.colour[i] = square > 0.62 ? SrgbColour{255, 255, 255} : dot_mark.colour;
+        canvas.color[i] = square > 0.62 ? SrgbColor{255, 255, 255} : dot_mark.color;
         canvas.light[i] = 1;
         if (canvas.depth[i] == empty_depth) canvas.depth[i] = static_cast<float>(centre.z);
       }
@@ -213,7 +213,7 @@ RgbImage resolve(const SurfaceCanvas& canvas, std::uint32_t size) {
         const std::size_t i = fy * static_cast<std::size_t>(canvas.size) + fx;
         const bool empty = canvas.depth[i] == empty_depth;
         for (std::size_t k = 0; k < 3; ++k)
-          sum[k] += empty ? 1.0f : std::min(1.0f, canvas.light[i] * linear[canvas.colour[i][k]]);
+          sum[k] += empty ? 1.0f : std::min(1.0f, canvas.light[i] * linear[canvas.color[i][k]]);
       }
       for (std::size_t k = 0; k < 3; ++k)
         image.pixel(x, y)[k] = srgb_byte(sum[k] / (samples_across * samples_across));
@@ -228,8 +228,8 @@ RgbImage surface_picture(const SurfaceScene& scene, const SurfacePictureParamete
   for (const std::uint32_t v : scene.faces)
     if (v >= scene.positions.size() / 3)
       throw std::invalid_argument("a face names a vertex that is not there");
-  if (!scene.face_colours.empty() && scene.face_colours.size() != faces)
-    throw std::invalid_argument("one colour per face is needed, or none");
+  if (!scene.face_colors.empty() && scene.face_colors.size() != faces)
+    throw std::invalid_argument("one color per face is needed, or none");
   if (faces == 0) return RgbImage(parameters.size, parameters.size);
   const View view = place_view(scene, parameters);
   SurfaceCanvas canvas;
@@ -237,7 +237,7 @@ RgbImage surface_picture(const SurfaceScene& scene, const SurfacePictureParamete
   canvas.depth.assign(static_cast<std::size_t>(canvas.size * canvas.size), empty_depth);
   canvas.light.assign(canvas.depth.size(), 0.0f);
   canvas.normal.resize(canvas.depth.size());
-  canvas.colour.resize(canvas.depth.size());
+  canvas.color.resize(canvas.depth.size());
   draw_mesh(canvas, view, scene, parameters.crease);
   darken_hollows(canvas.depth, canvas.light, canvas.size, canvas.size, static_cast<float>(view.far));
   paint_ellipses(canvas, view, scene.ellipses);

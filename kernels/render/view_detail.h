@@ -23,11 +23,11 @@ struct ViewDetailParameters {
   double samples_per_area = 1;  // samples of a view over the projected area of the model, > 0
 };
 
-// The weight of a sample: least + (1 - least) (1 - |n . v|)^4; unless both_sides, what faces away has
-// (1 - |n . v| / fade)^2, and 0 from n . v = -fade on. The fade keeps a margin behind the silhouette that no
-// picture shows. Without it a flat part, whose samples all turn over the silhouette in the same step, would
-// lose them at once, and one that comes into view take the samples of all others: a pure function of the view
-// has no other way to let them come and go by and by. v: any length.
+// The weight of a sample: least + (1 - least) (1 - |n . v|)^4; unless both_sides, a sample that faces away
+// has (1 - |n . v| / fade)^2, and 0 from n . v = -fade on. The fade keeps a margin behind the silhouette that
+// no picture shows. Without it a flat part, whose samples all turn over the silhouette in the same step,
+// would lose them at once, and one that comes into view take the samples of all others: a pure function of
+// the view has no other way to let them come and go by and by. v: any length.
 float view_weight(Vector3 normal, Vector3 v, const ViewDetailParameters& parameters);
 
 // The mean of view_weight over all directions of v.
@@ -40,11 +40,11 @@ struct ViewDetail {
   std::vector<std::uint32_t> kept;  // ascending
 };
 
-// Keeps sample i where (i + 1/2) / n < share x weight: around every place the samples kept are the first ones
-// of the progressive set, and they stay while the share does. share = samples_per_area x projected_area /
-// weight_sum, so that so many are kept unless the set is too small for the densest parts. towards: from the
-// model to the eye, any length. O(n) in one pass of independent terms, sums in fixed blocks; parallel, the
-// same for any number of threads. Throws std::invalid_argument when the sizes do not fit.
+// Keeps sample i if (i + 1/2) / n < share x weight: around every point the kept samples are the first ones of
+// the progressive set, and they stay while the share does. share = samples_per_area x projected_area /
+// weight_sum, so that this number is kept unless the set is too small for the densest parts. towards: from
+// the model to the eye, any length. O(n) in one pass of independent terms, sums in fixed blocks; parallel,
+// the same for any number of threads. Throws std::invalid_argument when the sizes do not fit.
 ViewDetail view_detail(const ViewedSamples& samples, Vector3 towards,
                        const ViewDetailParameters& parameters = {});
 

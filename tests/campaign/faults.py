@@ -112,7 +112,7 @@ def next_command(name, command, out):
     return command
 
 
-REFUSALS = ("planned already", "exists (--fresh", "already (--replace")  # of jobs that are done once
+REFUSALS = ("planned already", "exists (--fresh", "(--replace computes")  # of jobs that are done once
 
 
 def what_is_wrong(ended, files, after):

@@ -18,7 +18,6 @@
 #include "io/store/run_array.h"
 #include "io/store/run_plan.h"
 #include "jobs/cli/usage_error.h"
-#include "jobs/inputs/classification.h"
 #include "jobs/inputs/label_file.h"
 #include "scratch_file.h"
 #include "targets.h"

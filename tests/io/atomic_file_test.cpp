@@ -7,7 +7,6 @@
 #include <string>
 #include <vector>
 
-#include "io/file/pending_files.h"
 #include "io/file/read_file.h"
 #include "io/plot/png_writer.h"
 #include "io/point_files.h"

@@ -75,7 +75,7 @@ TEST_CASE("file bytes: files that are read and mapped, empty files, folders and 
     return std::string(reinterpret_cast<const char*>(file.bytes().data()), file.bytes().size());
   };
   // The longest that is read, and the shortest that is mapped.
-  for (const std::size_t size : {std::size_t{1}, FileBytes::most_read, FileBytes::most_read + 1}) {
+  for (const std::size_t size : {std::size_t{1}, FileBytes::max_read, FileBytes::max_read + 1}) {
     CAPTURE(size);
     std::string text(size, 'x');
     text.back() = 'y';
@@ -105,7 +105,7 @@ TEST_CASE("file bytes: what is gone of a mapped file are zeros, and the model is
   const ScratchFolder folder;
   const std::filesystem::path path = folder / "model.ply";
   const std::string text = mesh_bytes(icosphere(7), MeshFile::ply_little_endian);
-  REQUIRE(text.size() > FileBytes::most_read);
+  REQUIRE(text.size() > FileBytes::max_read);
   for (const std::size_t left : {std::size_t{0}, std::size_t{5000}}) {
     write_file(path, text);
     const FileBytes bytes(path);

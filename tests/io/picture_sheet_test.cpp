@@ -139,7 +139,7 @@ TEST_CASE("picture_sheet: cells, names, failures and a legend have their places"
   const RgbImage legend = picture_sheet(cells, SheetLegend{"density", true, "0", "1"}, look);
   CHECK(legend.height > sheet.height + 30);
   std::size_t first = 0, last = 0;
-  const Rgb low = map_colour(0), high = map_colour(1);
+  const Rgb low = map_color(0), high = map_color(1);
   for (std::uint32_t y = sheet.height; y < legend.height; ++y)
     for (std::uint32_t x = 0; x < legend.width; ++x) {
       const std::uint8_t* const p = legend.pixel(x, y);

@@ -8,9 +8,6 @@
 #include <vector>
 
 #include "io/special_values.h"
-#include "io/table/csv_writer.h"
-#include "io/table/json_table.h"
-#include "io/table/text_table.h"
 #include "support/catch.h"
 
 using namespace meander;

@@ -319,9 +319,9 @@ TEST_CASE("array: the list of a shard names the items of its plan, in formats th
   REQUIRE(at != std::string::npos);
   for (const char* const format : {"5", "-1", "260", "4294967296"}) {
     write_file(scratch / "items.jsonl", std::string(text).replace(at + 9, 1, format));
-    REQUIRE_THROWS_WITH(read_shard_items(scratch.path(), header),
-                        Catch::Matchers::ContainsSubstring("line 2 has the format " + std::string(format) +
-                                                           ", which is none"));
+    REQUIRE_THROWS_WITH(
+        read_shard_items(scratch.path(), header),
+        Catch::Matchers::ContainsSubstring("line 2 has the unknown format " + std::string(format)));
   }
 }
 
@@ -337,18 +337,18 @@ TEST_CASE("array: what the plan decided cannot be given to a task, and the other
   fails({"run", scene.run, "--shard", "0/2", "--seed", "1"}, "--seed: the plan");
   fails({"run", scene.run, "--shard", "2/2"}, "numbered from 0 to 1");
   fails({"run", scene.run, "--shard", "0/3"}, "the plan has 2 shards");
-  fails({"run", scene.run, "--shard", "x"}, "is not i/n");
+  fails({"run", scene.run, "--shard", "x"}, "is not of the form i/n");
   fails({"run", scene.models.string(), "-o", (scene.scratch / "t.h5").string(), "--shard", "0/2"},
         "meander plan");
   fails({"run", scene.models.string()}, "--output is required");
   fails({"run", scene.models.string(), "-o", scene.store.string(), "-n", "40"},
         "divided among many processes");
   fails({"plan", scene.models.string(), "-o", scene.store.string()}, "planned already");
-  fails({"plan", scene.models.string(), "-o", scene.whole.string()}, "brings it up to date");
+  fails({"plan", scene.models.string(), "-o", scene.whole.string()}, "bring it up to date");
   fails({"plan", scene.models.string(), "-o", (scene.scratch / "t.h5").string(), "--shards", "0"},
         "--shards");
-  fails({"status", scene.models.string()}, "no run that");
-  fails({"merge", scene.models.string()}, "no run that");
+  fails({"status", scene.models.string()}, "is not a run that");
+  fails({"merge", scene.models.string()}, "is not a run that");
 }
 
 TEST_CASE("array: rows of an older store are used again") {
@@ -563,7 +563,7 @@ TEST_CASE("merge: finished stores of the same parameters") {
   CHECK(since(merged) == std::min(since(a), since(b)));
   CHECK(contains(meander_with({"merge", a, b, "-o", merged}).err, "--fresh replaces it"));
   CHECK(contains(meander_with({"merge", a, other, "-o", merged, "--fresh"}).err, "other parameters"));
-  CHECK(contains(meander_with({"merge", a, a, "-o", merged, "--fresh"}).err, "ids must differ"));
+  CHECK(contains(meander_with({"merge", a, a, "-o", merged, "--fresh"}).err, "ids must be unique"));
   CHECK(contains(meander_with({"merge", a, b}).err, "-o"));
   CHECK(scene.plan(2).exit_code == 0);
   CHECK(contains(meander_with({"merge", scene.run, "-o", merged, "--fresh"}).err,

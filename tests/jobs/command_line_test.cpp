@@ -86,11 +86,11 @@ TEST_CASE("command line: counts take exponents and units, and are checked as num
 }
 
 TEST_CASE("command line: a misspelt command is corrected, a missing one is asked for") {
-  CHECK(Example().problem({"darw", "a.png"}) == "`darw` is no command, did you mean `draw`?");
-  CHECK(Example().problem({"paint"}) == "`paint` is no command: the commands are draw, ask");
+  CHECK(Example().problem({"darw", "a.png"}) == "`darw` is not a command, did you mean `draw`?");
+  CHECK(Example().problem({"paint"}) == "`paint` is not a command: the commands are draw, ask");
   CHECK(Example().problem({}) == "a command is missing: draw, ask");
   CHECK(Example().problem({"ask"}) == "a command is missing: question");
-  CHECK(Example().problem({"ask", "qeustion"}) == "`qeustion` is no command, did you mean `question`?");
+  CHECK(Example().problem({"ask", "qeustion"}) == "`qeustion` is not a command, did you mean `question`?");
 }
 
 TEST_CASE("command line: options set their variables") {

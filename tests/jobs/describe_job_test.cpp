@@ -138,10 +138,10 @@ TEST_CASE("describe: parts of the rows, merged, are what one process makes") {
     CHECK(result.exit_code == 2);
     CHECK(contains(result.err, why));
   };
-  fails({"--shard", "0/2"}, "give it a store of its own with -o");
-  fails({"--shard", "0/2", "-o", models.path("s.h5")}, "cannot take the place of the whole");
+  fails({"--shard", "0/2"}, "name another store for it with -o");
+  fails({"--shard", "0/2", "-o", models.path("s.h5")}, "cannot replace the whole");
   fails({"--shard", "2/2", "-o", models.path("t.h5")}, "numbered from 0 to 1");
-  fails({"--shard", "two", "-o", models.path("t.h5")}, "is not i/n");
+  fails({"--shard", "two", "-o", models.path("t.h5")}, "is not of the form i/n");
 }
 
 TEST_CASE("describe: a missing or changed mesh is a problem of its row alone") {
@@ -305,10 +305,10 @@ TEST_CASE("describe: mistakes are usage errors, and nothing is written") {
   };
   CHECK(contains(error_of({"--descriptors", "a3,geodsic"}), "did you mean `geodesic`?"));
   CHECK(contains(error_of({"--descriptor", "a3"}), "did you mean `--descriptors`?"));
-  CHECK(contains(error_of({}), "describe needs --descriptors: one or more of d2, a3"));
-  CHECK(contains(error_of({"--descriptors", "d2,a3"}), "has the descriptor d2 already (--replace"));
+  CHECK(contains(error_of({}), "--descriptors is required: one or more of d2, a3"));
+  CHECK(contains(error_of({"--descriptors", "d2,a3"}), "already has the descriptor d2 (--replace"));
   CHECK(contains(error_of({"--descriptors", "geodesic"}), "give the inputs of the run"));
-  CHECK(contains(error_of({c.in, "--descriptors", "a3"}), "no mesh is needed for a3"));
+  CHECK(contains(error_of({c.in, "--descriptors", "a3"}), "a3 needs no meshes"));
   CHECK(contains(error_of({"--descriptors", "a3", "--geodesic-sources", "3"}), "geodesic only"));
   CHECK(contains(error_of({"--descriptors", "a3", "--descriptor-scale", "largest"}), "d2 and geodesic only"));
   CHECK(contains(error_of({c.in, "--descriptors", "basics", "--bins", "64"}),

@@ -199,6 +199,6 @@ TEST_CASE("surface: a formula that is none, or not finite, says where") {
   says("u, v", 2, "has 2 formulas: it needs three");
   says("u, v, w", 2, "unknown name \"w\"");
   says("u, v, sin(6*", 2, "expected a number");
-  says("-u, v, u*v", 2, "write 0 - x in place of -x");
+  says("-u, v, u*v", 2, "as 0 - x instead of -x");
   says("u, v, log(u)", 3, "has no position at u = 0");
 }

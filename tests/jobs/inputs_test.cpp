@@ -309,7 +309,7 @@ TEST_CASE("folder layouts: class and split of an item") {
 }
 
 TEST_CASE("folder layouts: auto needs every item to fit") {
-  const auto layout = [](const Ids& ids) { return recognise_layout(ids); };
+  const auto layout = [](const Ids& ids) { return recognize_layout(ids); };
   using enum FolderLayout;
   CHECK(layout({"chair/test/1.off", "chair/train/2.off"}) == modelnet);
   CHECK(layout({"m/chair/test/1.off", "m/lamp/train/2.off", "m/lamp/val/3.off"}) == modelnet);
@@ -557,8 +557,8 @@ TEST_CASE("labels: names of classes are stable and tell synsets apart") {
   CHECK(tree.read({"synsetoffset2category.txt"}).label_names ==
         Ids{"02690373", "02738535", "02933112", "03018349", "09999999", "Airplane", "Chair"});
   CHECK_THAT(tree.refusal({"taxonomy.json", "synsetoffset2category.txt"}),
-             ContainsSubstring("another name of the synset 02691156"));
-  CHECK_THAT(tree.refusal({"train=taxonomy.json"}), ContainsSubstring("have no split"));
+             ContainsSubstring("another name for the synset 02691156"));
+  CHECK_THAT(tree.refusal({"train=taxonomy.json"}), ContainsSubstring("has no split"));
   tree.write("cut.json", taxonomy.substr(0, 100));
   CHECK_THAT(tree.refusal({"cut.json"}), ContainsSubstring("not valid JSON"));
 }
@@ -576,10 +576,11 @@ TEST_CASE("labels: tables without a class leave that of the folders, and columns
   // Two files that say different things of one item, also when each spells it otherwise.
   CHECK_THAT(
       tree.refusal({"splits.csv", "metadata.csv"}),
-      ContainsSubstring("metadata.csv` line 2 says another split of `chair/train/chair_0001.off` than") &&
+      ContainsSubstring("metadata.csv` line 2 gives `chair/train/chair_0001.off` another split than") &&
           ContainsSubstring("splits.csv` line 2"));
   tree.write("twice.csv", "chair_0001,seat\ntrain/chair_0001.off,stool\n");
-  CHECK_THAT(tree.refusal({"twice.csv"}), ContainsSubstring("another class of `chair/train/chair_0001.off`"));
+  CHECK_THAT(tree.refusal({"twice.csv"}),
+             ContainsSubstring("gives `chair/train/chair_0001.off` another class than"));
   // A file of ids, of which some are not there, is not taken for one of names.
   tree.write("ids.csv", "chair_0001.off,stool\nchair/train/chair_0001.off,seat\nchair_0002.off,stool\n");
   CHECK(tree.lines({"ids.csv"}) == Ids{"chair/test/chair_0002.off chair test",
@@ -622,9 +623,9 @@ TEST_CASE("labels: lists of ids, one a line, with the split of the argument or o
   CHECK_THAT(inputs.notes.line_without_item,
              ContainsSubstring("`bathtub_0107`") && ContainsSubstring("modelnet40_test.txt` line 2"));
   CHECK_THAT(tree.refusal({"ids.txt"}),
-             ContainsSubstring("a list of ids") && ContainsSubstring("--labels train="));
+             ContainsSubstring("this list of ids") && ContainsSubstring("--labels train="));
   tree.write("train_test.txt", "sofa_0001\n");
-  CHECK_THAT(tree.refusal({"train_test.txt"}), ContainsSubstring("a list of ids"));
+  CHECK_THAT(tree.refusal({"train_test.txt"}), ContainsSubstring("this list of ids"));
   tree.write("test.txt", "airplane_0001\n");
   CHECK_THAT(tree.refusal({"modelnet40_train.txt", "test.txt"}), ContainsSubstring("says another split"));
   // The split of an argument counts before the file's name, and lists of points name models.
@@ -743,10 +744,10 @@ TEST_CASE("labels: JSON files of data sets") {
     tree.write("bad.json", text);
     return tree.refusal({"bad.json"});
   };
-  CHECK_THAT(refusal(R"(["aa"])"), ContainsSubstring("a list of ids"));
-  CHECK_THAT(refusal(R"({"aa": "chair"})"), ContainsSubstring("none of the forms"));
-  CHECK_THAT(refusal(R"({"a": {"b": {"c": {"d": {"e": []}}}}})"), ContainsSubstring("none of the forms"));
-  CHECK_THAT(refusal("7"), ContainsSubstring("none of the forms"));
+  CHECK_THAT(refusal(R"(["aa"])"), ContainsSubstring("this list of ids"));
+  CHECK_THAT(refusal(R"({"aa": "chair"})"), ContainsSubstring("unknown form of JSON"));
+  CHECK_THAT(refusal(R"({"a": {"b": {"c": {"d": {"e": []}}}}})"), ContainsSubstring("unknown form of JSON"));
+  CHECK_THAT(refusal("7"), ContainsSubstring("unknown form of JSON"));
   CHECK_THAT(refusal(R"({"train": ["aa"], "extra": ["bb"]})"),
              ContainsSubstring("splits and other names") && ContainsSubstring("`extra`"));
   CHECK_THAT(refusal(R"([{"name": "aa"}])"), ContainsSubstring("entry 1 has no id"));
@@ -782,7 +783,7 @@ TEST_CASE("labels: many ids that mean much are found in little time") {
 
 TEST_CASE("folder layouts: auto on the trees of data sets makes no classes of what are none") {
   using enum FolderLayout;
-  const auto layout = [](const Ids& ids) { return recognise_layout(ids); };
+  const auto layout = [](const Ids& ids) { return recognize_layout(ids); };
   CHECK(layout({"airplane/test/airplane_0627.off", "airplane/train/airplane_0001.off"}) == modelnet);
   CHECK(layout({"ModelNet10/bed/test/bed_0516.off", "ModelNet10/bed/train/bed_0001.off"}) == modelnet);
   CHECK(layout({"02691156/10155655850468db78d106ce0a280f87/models/model_normalized.obj"}) == shapenet);

@@ -187,7 +187,7 @@ TEST_CASE("outputs: an export that was stopped goes on, and keeps what it has ma
     CHECK(meander_with(command, short_of_room(1000)).exit_code == 75);
     CHECK(fs::exists(out + "/meander-export.json"));
     place.refuses({"export", store, "torus", "-o", out, "--format", format},
-                  "another export into `" + out + "` was begun and did not end: parameter \"items\"");
+                  "another export into `" + out + "` is unfinished: parameter \"items\"");
     if (format != "webdataset") {
       // A file that is there is taken for one that the earlier process made, and is not made again.
       write_file(out + "/eight." + format, whole.begin()->second);

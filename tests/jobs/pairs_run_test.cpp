@@ -134,8 +134,7 @@ TEST_CASE("pairs: what describe and run refuse") {
   base.sample("in", "s.h5", {});
   const ProcessResult meshes = meander_with({"describe", base.path("s.h5"), "--descriptors", "pairs"});
   CHECK(meshes.exit_code == 2);
-  CHECK(meshes.err.find("the meshes are needed for geodesic, basics, pairs, views and shapedna") !=
-        std::string::npos);
+  CHECK(meshes.err.find("geodesic, basics, pairs, views and shapedna need the meshes") != std::string::npos);
   const ProcessResult bins =
       meander_with({"describe", base.path("s.h5"), "--descriptors", "pairs-unsigned", "--bins", "64"});
   CHECK(bins.exit_code == 2);
@@ -222,7 +221,7 @@ TEST_CASE("retrieve: emd is refused where bins lie in no line, and select leaves
   INFO(selected.err);
   REQUIRE(selected.exit_code == 0);
   // Seven combinations under four distances, and d2 under emd.
-  CHECK(contains(selected.out, "29 settings (6 more have a distance that does not fit)"));
+  CHECK(contains(selected.out, "29 settings (6 more skipped: their distance does not fit)"));
   CHECK_FALSE(contains(read_file(base.path("all.csv")), "pairs,emd"));
   CHECK(contains(read_file(base.path("all.csv")), "d2,emd"));
   const ProcessResult nothing =
@@ -388,5 +387,5 @@ TEST_CASE("retrieve select: of eleven histograms combinations of up to five are 
   CHECK(contains(tried.out, "1023 settings"));
   const ProcessResult refused = meander_with({"retrieve", "select", store, "--most", "6"});
   CHECK(refused.exit_code == 2);
-  CHECK(contains(refused.err, "take a smaller --most"));
+  CHECK(contains(refused.err, "give a smaller --most"));
 }

@@ -71,7 +71,7 @@ TEST_CASE("render sheet: surfaces, failed items and a summary, the same for one 
   CHECK(bytes != read_file(place.path("3.png")));
 }
 
-TEST_CASE("render sheet: every colour, prefix, axis and size makes another picture") {
+TEST_CASE("render sheet: every color, prefix, axis and size makes another picture") {
   const Place place;
   std::vector<std::string> pictures;
   const std::vector<std::vector<std::string>> looks = {{},
@@ -107,10 +107,10 @@ TEST_CASE("render sheet: discs on sheets upon sheets do not cover what is seen, 
   write_mesh(scratch / "shells.off", shells);
   const std::string store = scratch / "s.h5";
   REQUIRE(run_process({program, "run", scratch / "shells.off", "-o", store, "-n", "4096"}).exit_code == 0);
-  const auto sheet = [&](const std::string& colour) {
-    const std::string file = scratch / (colour + ".png");
+  const auto sheet = [&](const std::string& color) {
+    const std::string file = scratch / (color + ".png");
     const ProcessResult result = run_process({program, "render", "sheet", store, scratch / "shells.off", "-o",
-                                              file, "--size", "200", "--colour", colour});
+                                              file, "--size", "200", "--colour", color});
     INFO(result.err);
     REQUIRE(result.exit_code == 0);
     const std::string bytes = read_file(file);
@@ -165,8 +165,8 @@ TEST_CASE("render sheet: mistakes are usage errors, and nothing is written") {
   CHECK(contains(place.refusal({"-o", out, "--memory", "much"}), "much"));
   CHECK(contains(place.refusal({"-o", out, "--memory", "100K"}), "or lower --size or --models"));
   CHECK(contains(place.refusal({"-o", out, "--item", "0", "--models", "5"}), "--models"));
-  CHECK(contains(place.refusal({"-o", out, "-0"}, false), "name it as well"));
-  CHECK(contains(place.refusal({"-o", out, "--root", place.path("in")}, false), "name it as well"));
+  CHECK(contains(place.refusal({"-o", out, "-0"}, false), "give INPUT as well"));
+  CHECK(contains(place.refusal({"-o", out, "--root", place.path("in")}, false), "give INPUT as well"));
   CHECK(contains(place.refusal({"-o", place.path("in/ball/a.off")}), "should end in .png"));
   CHECK(run_process({program, "render"}).exit_code == 2);
   CHECK_FALSE(fs::exists(out));
@@ -219,8 +219,8 @@ TEST_CASE("render splats: white space with the meshes, failed items, the same fo
   CHECK(percentages(alone.out).empty());
   write_mesh(place.path("in/ball/a.off"), icosphere(2));
   CHECK(contains(splats("changed.png", {}, true).out, "white space unknown: the mesh has changed"));
-  REQUIRE(splats("coloured.png", {"--colour", "normal"}, false).exit_code == 0);
-  CHECK(read_file(place.path("coloured.png")) != read_file(place.path("alone.png")));
+  REQUIRE(splats("colored.png", {"--colour", "normal"}, false).exit_code == 0);
+  CHECK(read_file(place.path("colored.png")) != read_file(place.path("alone.png")));
   CHECK(splats("p.png", {"--cover", "0"}, false).exit_code == 2);
   const ProcessResult points =
       run_process({program, "render", "points", place.path("s.h5"), "-o", place.path("points.png")});

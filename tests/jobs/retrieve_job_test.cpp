@@ -210,21 +210,21 @@ TEST_CASE("retrieve evaluate: parts of the queries, put together, score as all a
   };
   REQUIRE(evaluate({"--shard", "0/2", "--write-scores", scratch / "a"}).exit_code == 0);
   REQUIRE(evaluate({"--shard", "1/2", "--write-scores", scratch / "b"}).exit_code == 0);
-  fails({"--read-scores", scratch / "a"}, "5 of 9 queries are in none of the files");
-  fails({"--read-scores", scratch / "a", scratch / "a", scratch / "b"}, "is in a file before it");
+  fails({"--read-scores", scratch / "a"}, "5 of 9 queries are missing from the files");
+  fails({"--read-scores", scratch / "a", scratch / "a", scratch / "b"}, "is in an earlier file");
   fails({"--distance", "l2", "--read-scores", scratch / "a", scratch / "b"},
-        "distance, classes or rules are others");
+        "distance, classes or rules differ");
   const std::string bytes = read_file(scratch / "b");
   for (const std::size_t at : {std::size_t{3}, bytes.size() / 2, bytes.size() - 1}) {
     std::string damaged = bytes;
     damaged[at] = static_cast<char>(damaged[at] ^ 4);
     write_file(scratch / "b", damaged);
-    fails({"--read-scores", scratch / "a", scratch / "b"}, "is no file of scores");
+    fails({"--read-scores", scratch / "a", scratch / "b"}, "is not a file of scores");
   }
   write_file(scratch / "b", bytes.substr(0, 20));
-  fails({"--read-scores", scratch / "a", scratch / "b"}, "is no file of scores");
-  fails({"--shard", "0/2"}, "belong together");
-  fails({"--write-scores", scratch / "c"}, "belong together");
+  fails({"--read-scores", scratch / "a", scratch / "b"}, "is not a file of scores");
+  fails({"--shard", "0/2"}, "go together");
+  fails({"--write-scores", scratch / "c"}, "go together");
   fails({"--shard", "0/2", "--write-scores", store}, "the store itself");
   fails({"--shard", "0/2", "--write-scores", scratch / "c", "--matrix", scratch / "m"},
         "scores of all queries");
@@ -361,7 +361,8 @@ TEST_CASE("retrieve select: settings score as evaluate scores them, and the choi
   CHECK(contains(refusal({"--descriptors", "place", "--most", "2"}), "--descriptors"));
   CHECK(contains(refusal({"--descriptors", "place", "--distances", "l3"}), "l3"));
   write_file(scratch / "one.cla", "PSB 1\n2 4\nnear 0 3\n10 11 12\nfar 0 1\n16\n");
-  CHECK(contains(refusal({"--descriptors", "place", "--classes", scratch / "one.cla"}), "one class cannot"));
+  CHECK(contains(refusal({"--descriptors", "place", "--classes", scratch / "one.cla"}),
+                 "leaving one class out needs two"));
 }
 
 TEST_CASE("retrieve evaluate: classes of one name under two parents") {

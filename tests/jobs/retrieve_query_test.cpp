@@ -123,7 +123,7 @@ TEST_CASE("retrieve query: what is asked wrongly, and meshes that cannot be desc
   models.sample({"--describe", "pairs"});
   const ProcessResult nothing = models.query({});
   CHECK(nothing.exit_code == 2);
-  CHECK(contains(nothing.err, "nothing is asked: name items of the store, or meshes with --mesh"));
+  CHECK(contains(nothing.err, "a query is missing: name items of the store, or meshes with --mesh"));
   const ProcessResult name = models.query({"cube.off"});
   CHECK(name.exit_code == 2);
   CHECK(contains(name.err, "did you mean `round/cube.off`?"));

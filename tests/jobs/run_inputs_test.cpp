@@ -299,7 +299,7 @@ TEST_CASE("run --labels: lists of ids beside each other, and what is ambiguous i
   CHECK_THAT(result.out,
              ContainsSubstring("labels: 2 items without a line, 1 lines without an item\n    no line: "
                                "`a/1.off`\n    no item: `9`, `") &&
-                 ContainsSubstring("labels: 1 lines name several items and are left out") &&
+                 ContainsSubstring("labels: 1 lines name several items and are ignored") &&
                  ContainsSubstring("several: `1`, `"));
   const StoreReader reader(scratch / "s.h5");
   CHECK(reader.split(0) == Split::none);

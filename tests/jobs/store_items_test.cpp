@@ -1,6 +1,6 @@
 
-#include "jobs/cli/usage_error.h"
 #include "jobs/inputs/store_items.h"
+#include "jobs/cli/usage_error.h"
 #include "support/catch.h"
 #include "support/mesh_files.h"
 
@@ -14,9 +14,9 @@ TEST_CASE("made otherwise: every parameter that differs is named with both value
   header.parameters_json = R"({"method":"auto","samples":4,"seed":1})";
   RunDirectory(scratch / "s.h5", header).finish();
   const StoreReader store(scratch / "s.h5");
-  CHECK(made_otherwise(store, header).empty());
+  CHECK(parameter_mismatch(store, header).empty());
   header.parameters_json = R"({"method":"direct","samples":4,"seed":2})";
-  CHECK(made_otherwise(store, header) ==
+  CHECK(parameter_mismatch(store, header) ==
         R"(parameter "method" was "auto", now it is "direct"; parameter "seed" was 1, now it is 2)");
   CHECK_THROWS_AS(find_item(store, "0"), UsageError);
 }

@@ -33,16 +33,16 @@ std::vector<std::vector<std::string>> csv_cells(const std::string& path) {
   return rows;
 }
 
-std::set<std::array<double, 3>> face_colours(const PolygonMesh& mesh) {
-  std::set<std::array<double, 3>> colours;
+std::set<std::array<double, 3>> face_colors(const PolygonMesh& mesh) {
+  std::set<std::array<double, 3>> colors;
   std::array<const ScalarAttribute*, 3> parts{};
   for (const ScalarAttribute& a : mesh.face_attributes)
     for (std::size_t k = 0; k < 3; ++k)
       if (a.name == std::array{"red", "green", "blue"}[k]) parts[k] = &a;
   for (const ScalarAttribute* part : parts) REQUIRE(part != nullptr);
   for (std::size_t f = 0; f < mesh.polygon_count(); ++f)
-    colours.insert({parts[0]->values[f], parts[1]->values[f], parts[2]->values[f]});
-  return colours;
+    colors.insert({parts[0]->values[f], parts[1]->values[f], parts[2]->values[f]});
+  return colors;
 }
 
 }  // namespace
@@ -86,7 +86,7 @@ TEST_CASE("figures: fields, segments and anisotropic samples, with PLY files tha
     const FileBytes file(stem + "_segments.ply");
     const PolygonMesh mesh = read_mesh(file.bytes(), MeshFormat::ply);
     CHECK(mesh.polygon_count() == 48 * 24 * 2);
-    CHECK(face_colours(mesh).size() >= 4);
+    CHECK(face_colors(mesh).size() >= 4);
     // Segments cover the surface, and some of their curves come in several chains.
     const auto segments = csv_cells(stem + "_segments.csv");
     double share = 0;

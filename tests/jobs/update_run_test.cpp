@@ -105,7 +105,7 @@ TEST_CASE("second run: labels and splits of rows that are kept follow the inputs
   CHECK(c.bytes() == c.fresh_bytes({"--label-from-folder"}));
   const ProcessResult without = c.run();
   CHECK(without.exit_code == 2);
-  CHECK(says(without, "has labels and this command gives none"));
+  CHECK(says(without, "has labels, but this command gives none"));
 }
 
 TEST_CASE(
@@ -239,7 +239,7 @@ TEST_CASE("second run: --dry-run says what would be done with the store that is 
   const Collection c;
   CHECK_FALSE(says(c.run({"--dry-run"}), "the store has"));
   REQUIRE(run_process(c.command(), with_fault("stop:m3")).exit_code == 75);
-  CHECK(says(c.run({"--dry-run"}), "an unfinished run of 6 models is continued"));
+  CHECK(says(c.run({"--dry-run"}), "an unfinished run of 6 models would be continued"));
   REQUIRE(c.run().exit_code == 0);
   c.add("b.off", 50);
   fs::remove(c.in / "m0.off");
@@ -251,7 +251,7 @@ TEST_CASE("second run: --dry-run says what would be done with the store that is 
   CHECK(dry.exit_code == 0);
   CHECK(says(dry, "the store has 5 of these models: 1 would be sampled"));
   CHECK(says(dry, "1 changed since they were sampled: --retry changed samples them again"));
-  CHECK(says(dry, "1 of the store are no inputs now: their rows would be kept"));
+  CHECK(says(dry, "1 of the store are no longer in the input: their rows would be kept"));
   CHECK(says(c.run({"--dry-run", "--retry", "changed,vanished"}), "their rows would be removed"));
   const ProcessResult refused = c.run({"--dry-run", "--seed", "5"});
   CHECK(refused.exit_code == 2);

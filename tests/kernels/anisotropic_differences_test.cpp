@@ -198,7 +198,7 @@ TEST_CASE("add_anisotropic_surface_differences: random samples of a sphere are w
     }
     add_anisotropic_surface_differences(map, sphere.view());
   }
-  const std::vector<double> g = normalised_differences(map, expected_differences(parameters, n));
+  const std::vector<double> g = normalized_differences(map, expected_differences(parameters, n));
   const RadialProfile profile = radial_differences(map, g, 2);
   // Unordered pairs of a ring: n per unit of q-area in two sets. The field bends within the range and
   // curvature takes off 1 - d^2 / 6: a few per cent.

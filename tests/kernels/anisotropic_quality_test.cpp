@@ -10,7 +10,7 @@
 
 #include "io/mesh/mesh_reader.h"
 #include "kernels/analyse/discrepancy_anisotropic.h"
-#include "kernels/analyse/metric_neighbours.h"
+#include "kernels/analyse/metric_neighbors.h"
 #include "kernels/analyse/region_counts.h"
 #include "kernels/analyse/slope_fit.h"
 #include "kernels/analyse/spectrum.h"

@@ -102,7 +102,7 @@ TEST_CASE("add_differences: white noise on the torus is 1") {
     add_differences(map, set.x, set.y, spacing, {1, 1});
   }
   CHECK(map.sets == 10);
-  const std::vector<double> ratio = normalised_differences(map, expected_differences(parameters, n));
+  const std::vector<double> ratio = normalized_differences(map, expected_differences(parameters, n));
   // 10 n / 2 unordered pairs per unit of q: 64 x 7500 in the map, each counted twice, independent.
   const double pairs = 10 * n / 2.0 * 64;
   CHECK(total(ratio) / static_cast<double>(ratio.size()) == Approx(1).margin(4 / std::sqrt(pairs)));
@@ -133,7 +133,7 @@ TEST_CASE("expected_differences: a bounded rectangle against many random sets") 
     add_differences(map, set.x, set.y, std::sqrt(width * height / n));
   }
   const DifferenceMap expected = expected_differences(parameters, n, width, height);
-  const std::vector<double> ratio = normalised_differences(map, expected);
+  const std::vector<double> ratio = normalized_differences(map, expected);
   const double middle = expected.sum[24 * 48 + 24], corner = expected.sum[0];
   CHECK(middle == Approx(149.0 * map.cell() * map.cell()).epsilon(0.02));
   CHECK(corner == Approx(149.0 * map.cell() * map.cell() * (1 - 3 / 15.0) * (1 - 3 / 10.0)).epsilon(0.02));
@@ -159,7 +159,7 @@ TEST_CASE("add_differences: a jittered grid dips at 0, as its pair density says"
     const PlanarSamples set = grid_samples(side, 70 + s);
     add_differences(map, set.x, set.y, 1.0 / side, {1, 1});
   }
-  const std::vector<double> ratio = normalised_differences(map, expected_differences(parameters, n));
+  const std::vector<double> ratio = normalized_differences(map, expected_differences(parameters, n));
   // Pairs of one cell are missing: 1 - (1 - |qx|)+ (1 - |qy|)+ in units of cells, times n / (n - 1); at 0
   // this is 0, with the kernel (0.1) about 0.15; at distance 1 and beyond it is 1.
   CHECK(ratio[32 * 65 + 32] < 0.25);
@@ -245,7 +245,7 @@ TEST_CASE("add_density_differences: white noise of a slowly varying density is 1
     }
     add_density_differences(map, set.x, set.y, spacing_from_density(phi, 1, 1), {1, 1});
   }
-  const std::vector<double> ratio = normalised_differences(map, expected_differences(parameters, n));
+  const std::vector<double> ratio = normalized_differences(map, expected_differences(parameters, n));
   const RadialProfile profile = radial_differences(map, ratio, 2);
   for (std::size_t k = 0; k < profile.rings(); ++k) {
     const double area = 2 * pi * profile.radius[k] * 2 * map.cell() * map.cell();
@@ -357,7 +357,7 @@ TEST_CASE("add_surface_differences: white noise on the sphere has the density of
     add_surface_differences(map, points, points, spacings, {}, frames);
     add_surface_differences(reference, others, others, spacings, {}, frames);
   }
-  const std::vector<double> flat = normalised_differences(map, expected_differences(parameters, n));
+  const std::vector<double> flat = normalized_differences(map, expected_differences(parameters, n));
   const RadialProfile profile = radial_differences(map, flat, 2);
   for (std::size_t k = 0; k < profile.rings(); ++k) {
     const double r = profile.radius[k] * map.cell() * spacing;  // geodesic, on the unit sphere
@@ -365,7 +365,7 @@ TEST_CASE("add_surface_differences: white noise on the sphere has the density of
     CHECK(profile.mean[k] == Approx(std::sin(r) / r).margin(4.5 / std::sqrt(sets * n / 2.0 * area)));
   }
   // Against random sets of the same kind it is 1.
-  const RadialProfile relative = radial_differences(map, normalised_differences(map, reference), 4);
+  const RadialProfile relative = radial_differences(map, normalized_differences(map, reference), 4);
   for (std::size_t k = 0; k < relative.rings(); ++k) {
     const double area = 2 * pi * relative.radius[k] * 4 * map.cell() * map.cell();
     CHECK(relative.mean[k] == Approx(1).margin(6.5 / std::sqrt(sets * n / 2.0 * area)));
@@ -441,8 +441,8 @@ TEST_CASE("differences: few samples, and what cannot be") {
   parameters.kernel = 65;
   CHECK_THROWS_AS(make_difference_map(parameters), std::invalid_argument);
   parameters.kernel = 2;
-  CHECK_THROWS_AS(normalised_differences(map, expected_differences(parameters, 4)), std::invalid_argument);
-  CHECK_THROWS_AS(normalised_differences(make_difference_map(), map), std::invalid_argument);
+  CHECK_THROWS_AS(normalized_differences(map, expected_differences(parameters, 4)), std::invalid_argument);
+  CHECK_THROWS_AS(normalized_differences(make_difference_map(), map), std::invalid_argument);
   CHECK_THROWS_AS(radial_differences(map, map.sum, 0.5), std::invalid_argument);
   CHECK_THROWS_AS(spacing_from_density(std::vector<double>{0.0}, 1, std::numeric_limits<double>::infinity()),
                   std::invalid_argument);

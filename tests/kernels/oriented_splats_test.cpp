@@ -23,18 +23,18 @@ using std::numbers::pi;
 
 struct SplatCloud {
   std::vector<float> centres, normals, directions, half_axes;
-  std::vector<SrgbColour> colours;
+  std::vector<SrgbColor> colors;
 
   void add(Vector3 centre, Vector3 normal, Vector3 direction, double a, double b,
-           SrgbColour colour = {200, 60, 30}) {
+           SrgbColor color = {200, 60, 30}) {
     for (const double v : {centre.x, centre.y, centre.z}) centres.push_back(static_cast<float>(v));
     for (const double v : {normal.x, normal.y, normal.z}) normals.push_back(static_cast<float>(v));
     for (const double v : {direction.x, direction.y, direction.z})
       directions.push_back(static_cast<float>(v));
     for (const double v : {a, b}) half_axes.push_back(static_cast<float>(v));
-    colours.push_back(colour);
+    colors.push_back(color);
   }
-  OrientedSplats splats() const { return {centres, normals, directions, half_axes, colours}; }
+  OrientedSplats splats() const { return {centres, normals, directions, half_axes, colors}; }
 };
 
 // The square [0, cells]^2 in the plane z = 0, a splat in the middle of every unit cell.
@@ -183,7 +183,7 @@ TEST_CASE("draw_splats: the image of an ellipse has the moments of the projected
 
 TEST_CASE("draw_splats: what is nearer hides what is behind, in whatever order it comes") {
   const SplatView view = square_view(4, {0, 0, 1}, 120);
-  constexpr SrgbColour red = {220, 30, 20}, blue = {20, 40, 220};
+  constexpr SrgbColor red = {220, 30, 20}, blue = {20, 40, 220};
   for (const bool far_first : {false, true}) {
     SplatCloud cloud;
     for (const bool first : {true, false}) {
@@ -202,7 +202,7 @@ TEST_CASE("draw_splats: what is nearer hides what is behind, in whatever order i
   }
 }
 
-TEST_CASE("draw_splats: where splats of one depth overlap, colours pass over into each other") {
+TEST_CASE("draw_splats: where splats of one depth overlap, colors pass over into each other") {
   SplatCloud cloud;
   cloud.add({1.2, 2, 0}, {0, 0, 1}, {1, 0, 0}, 1.2, 1.2, {230, 20, 20});
   cloud.add({2.8, 2, 0}, {0, 0, -1}, {1, 0, 0}, 1.2, 1.2, {20, 20, 230});

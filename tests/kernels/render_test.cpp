@@ -75,8 +75,8 @@ TEST_CASE("splat_picture: the nearer surface hides the farther one") {
     for (int i = 1; i < 30; ++i) both.add(i / 30.0, j / 30.0, 0.9, 1, 0, 0.1);
   const RgbImage a = splat_picture(front.points, front.normals, 1, parameters);
   const RgbImage b = splat_picture(both.points, both.normals, 1.2, parameters);
-  // Colours differ by the depth range; where something is painted does not, and the middle is one flat
-  // colour.
+  // Colors differ by the depth range; where something is painted does not, and the middle is one flat
+  // color.
   CHECK(painted(b) == Approx(static_cast<double>(painted(a))).epsilon(0.02));
   // The same shade left and right of the middle as at it: nothing of the other square shines through.
   const int shade = b.pixel(50, 50)[0];
@@ -138,7 +138,7 @@ SurfacePictureParameters from_above(std::uint32_t size) {
   return parameters;
 }
 
-// Pixels where the first part of the colour clearly beats the other two.
+// Pixels where the first part of the color clearly beats the other two.
 std::size_t red_pixels(const RgbImage& image) {
   std::size_t count = 0;
   for (std::size_t i = 0; i < image.pixels.size(); i += 3)
@@ -148,7 +148,7 @@ std::size_t red_pixels(const RgbImage& image) {
 
 }  // namespace
 
-TEST_CASE("surface_picture: a plate covers what it should, in the colour of its faces") {
+TEST_CASE("surface_picture: a plate covers what it should, in the color of its faces") {
   Plate plate;
   plate.add(1, 0);
   SurfaceScene scene{plate.positions, plate.faces, {{200, 20, 20}, {200, 20, 20}}};
@@ -215,23 +215,23 @@ TEST_CASE("surface_picture: what is not finite is left out, what does not fit is
   scene.faces = {};
   CHECK(painted(surface_picture(scene, from_above(64))) == 0);
   scene.faces = plate.faces;
-  scene.face_colours = {{1, 2, 3}};
+  scene.face_colors = {{1, 2, 3}};
   CHECK_THROWS_AS(surface_picture(scene, from_above(64)), std::invalid_argument);
   const std::vector<std::uint32_t> wrong = {0, 1, 4};
-  scene.face_colours.clear();
+  scene.face_colors.clear();
   scene.faces = wrong;
   CHECK_THROWS_AS(surface_picture(scene, from_above(64)), std::invalid_argument);
 }
 
-TEST_CASE("splat_picture: beads have the colours that they are given") {
+TEST_CASE("splat_picture: beads have the colors that they are given") {
   Cloud cloud;
   cloud.add(-1, 0, 0, 0, 0, 1);
   cloud.add(1, 0, 0, 0, 0, 1);
   SplatParameters parameters;
   parameters.size = 100;
   parameters.view = {0, 0, 1};
-  const std::array<SrgbColour, 2> colours = {SrgbColour{250, 0, 0}, SrgbColour{0, 0, 250}};
-  const RgbImage image = splat_picture(cloud.points, cloud.normals, 1, parameters, colours);
+  const std::array<SrgbColor, 2> colors = {SrgbColor{250, 0, 0}, SrgbColor{0, 0, 250}};
+  const RgbImage image = splat_picture(cloud.points, cloud.normals, 1, parameters, colors);
   std::size_t red_left = 0, blue_right = 0, wrong = 0;
   for (std::uint32_t y = 0; y < 100; ++y)
     for (std::uint32_t x = 0; x < 100; ++x) {
@@ -244,7 +244,7 @@ TEST_CASE("splat_picture: beads have the colours that they are given") {
   CHECK(red_left > 10);
   CHECK(blue_right > 10);
   CHECK(wrong == 0);
-  CHECK_THROWS_AS(splat_picture(cloud.points, cloud.normals, 1, parameters, std::array<SrgbColour, 3>{}),
+  CHECK_THROWS_AS(splat_picture(cloud.points, cloud.normals, 1, parameters, std::array<SrgbColor, 3>{}),
                   std::invalid_argument);
 }
 
@@ -253,7 +253,7 @@ TEST_CASE("sampled_surface_picture: discs have their area and lie on the side th
   plate.add(1, 0);
   const std::array<double, 6> points = {-0.5, 0, 0, 0.5, 0, 0};
   std::array<float, 6> normals = {0, 0, 1, 0, 0, -1};  // either sense
-  const std::array<SrgbColour, 1> red = {SrgbColour{220, 20, 20}};
+  const std::array<SrgbColor, 1> red = {SrgbColor{220, 20, 20}};
   const std::array<double, 1> radius = {0.3};
   const SampledSurface sampled{plate.positions, plate.faces, points, normals, red, radius};
   const RgbImage image = sampled_surface_picture(sampled, from_above(200));

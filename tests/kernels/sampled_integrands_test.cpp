@@ -66,7 +66,7 @@ TEST_CASE(
   add_random_surface_differences(again, mesh, 2000, 7, 2);
   CHECK(map.sets == 2);
   CHECK(map.sum == again.sum);
-  const std::vector<double> ratio = normalised_differences(map, expected_differences(map.parameters, 2000));
+  const std::vector<double> ratio = normalized_differences(map, expected_differences(map.parameters, 2000));
   double sum = 0;
   for (const double r : ratio) sum += r;
   CHECK(sum / static_cast<double>(ratio.size()) == Approx(1).epsilon(0.03));

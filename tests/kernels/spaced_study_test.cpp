@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "kernels/analyse/metric_neighbours.h"
+#include "kernels/analyse/metric_neighbors.h"
 #include "kernels/analyse/region_counts.h"
 #include "support/anisotropic_models.h"
 #include "support/catch.h"

@@ -329,7 +329,7 @@ TEST_CASE("layers are prefixes of one set, and so are the strokes of fewer sampl
     CHECK(of_all[i]->x == of_half[i]->x);
     CHECK(of_all[i]->y == of_half[i]->y);
     CHECK(of_all[i]->cosine == of_half[i]->cosine);
-    CHECK(of_all[i]->colour == of_half[i]->colour);
+    CHECK(of_all[i]->color == of_half[i]->color);
   }
   CHECK(shared > 200);
 }
@@ -364,9 +364,9 @@ TEST_CASE("strokes of well spread samples leave less of the model bare than thos
       return stroke.layer >= plan.style.layers.size() ||
              plan.style.layers[stroke.layer].purpose != LayerPurpose::body;
     });
-    for (Stroke& stroke : plan.strokes) stroke.colour = {0, 0, 0};
+    for (Stroke& stroke : plan.strokes) stroke.color = {0, 0, 0};
     plan.style.impasto = plan.style.gloss = 0;
-    plan.style.paper_colour = {1, 1, 1};
+    plan.style.paper_color = {1, 1, 1};
     const RgbImage image =
         paint_strokes(plan.strokes, plan.brushes, plan.style, plan.canvas, LatticeNoise(picture_key(1)));
     std::size_t count = 0;
@@ -529,26 +529,26 @@ BrushSet full_brush() {
 
 RgbImage painted(const std::vector<Stroke>& strokes, bool glaze) {
   StrokeStyle style;
-  style.paper_colour = {1, 1, 1};
+  style.paper_color = {1, 1, 1};
   style.glaze = glaze;
   const std::vector<BrushSet> brushes = {full_brush()};
   return paint_strokes(strokes, brushes, style, {100, 100, 5, 1}, LatticeNoise(picture_key(1)));
 }
 
-Stroke stroke_at(float x, float y, LinearColour colour) {
+Stroke stroke_at(float x, float y, LinearColor color) {
   Stroke stroke;
   stroke.x = x;
   stroke.y = y;
   stroke.length = 40;
   stroke.width = 6;
-  stroke.colour = colour;
+  stroke.color = color;
   return stroke;
 }
 
 }  // namespace
 
 TEST_CASE("paint_strokes: a stroke covers its rectangle, bent or turned, over the earlier ones") {
-  const LinearColour black{0, 0, 0}, red{1, 0, 0};
+  const LinearColor black{0, 0, 0}, red{1, 0, 0};
   const auto is_dark = [](const RgbImage& image, std::uint32_t x, std::uint32_t y) {
     return image.pixel(x, y)[1] < 40;
   };
@@ -599,9 +599,9 @@ TEST_CASE("paint_strokes: sticks pressed in the dark fill more of the valleys") 
   const StrokeCanvas canvas{100, 100, 5, 1};
   const BrushSet brush = make_brushes({}, 30, 40, 80, noise);
   StrokeStyle style = stroke_style(StrokeMedium::crayon);
-  const auto bare_share = [&](LinearColour colour, bool sticks) {
+  const auto bare_share = [&](LinearColor color, bool sticks) {
     style.sticks = sticks;
-    Stroke stroke = stroke_at(50, 50, colour);
+    Stroke stroke = stroke_at(50, 50, color);
     stroke.width = 30;
     const std::array<Stroke, 1> one = {stroke};
     const std::array<BrushSet, 1> brushes = {brush};
@@ -611,7 +611,7 @@ TEST_CASE("paint_strokes: sticks pressed in the dark fill more of the valleys") 
       for (std::uint32_t x = 36; x < 64; ++x) bare += image.pixel(x, y)[1] > 120;
     return bare;
   };
-  const LinearColour dark{0.01f, 0.01f, 0.02f};
+  const LinearColor dark{0.01f, 0.01f, 0.02f};
   CHECK(bare_share(dark, false) > 20);
   CHECK(2 * bare_share(dark, true) < bare_share(dark, false));
 }
@@ -626,7 +626,7 @@ TEST_CASE("paint_strokes: wet washes run into one another in patches, and bare p
   const std::array<Stroke, 2> strokes = {light, deep};
   StrokeStyle style;
   style.glaze = true;
-  style.paper_colour = {1, 1, 1};
+  style.paper_color = {1, 1, 1};
   const RgbImage dry = paint_strokes(strokes, brushes, style, canvas, noise);
   style.wet = 1;
   const RgbImage wet = paint_strokes(strokes, brushes, style, canvas, noise);
@@ -654,7 +654,7 @@ TEST_CASE("paint_strokes: wet washes run into one another in patches, and bare p
 }
 
 TEST_CASE("paint_strokes: glazes multiply the light of what lies below, in any order") {
-  const LinearColour one{0.5f, 0.8f, 0.9f}, other{0.9f, 0.5f, 0.7f};
+  const LinearColor one{0.5f, 0.8f, 0.9f}, other{0.9f, 0.5f, 0.7f};
   Stroke a = stroke_at(50, 50, one), b = stroke_at(50, 50, other);
   const RgbImage first = painted({a}, true), second = painted({b}, true), both = painted({a, b}, true),
                  turned = painted({b, a}, true);

@@ -12,7 +12,7 @@ DOT = (196, 62, 28)
 SKIN = (232, 196, 158)
 
 
-def colour(number):
+def color(number):
     """The color of a curve: those of the palette, then hues in steps of the golden angle in three lightnesses."""
     if number < len(PALETTE):
         return PALETTE[number]
@@ -89,7 +89,7 @@ def panels(images, columns):
     return file.getvalue()
 
 
-def map_colour(t):
+def map_color(t):
     """(n, 3) uint8 of t in [0, 1]: dark violet over blue and green to yellow, in even steps of lightness (OKLab, Ottosson
     2020; lightness 0.28 + 0.64 t, hue 305 to 108 degrees)."""
     t = numpy.clip(numpy.atleast_1d(numpy.asarray(t, float)), 0, 1)

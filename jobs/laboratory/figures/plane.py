@@ -19,15 +19,15 @@ def square_axes(axes, title, below=""):
     axes.set_facecolor("#fff")
 
 
-def dots(axes, points, size=1.2, colour="#000"):
-    axes.plot(points[:, 0], points[:, 1], "o", color=colour, markersize=size, markeredgewidth=0, clip_on=False, zorder=3)
+def dots(axes, points, size=1.2, color="#000"):
+    axes.plot(points[:, 0], points[:, 1], "o", color=color, markersize=size, markeredgewidth=0, clip_on=False, zorder=3)
 
 
 def line_along(axes, points, along, width=0.9):
     """A polyline, dark where it begins and light where it ends."""
     from matplotlib.collections import LineCollection
     axes.add_collection(LineCollection(numpy.stack([points[:-1], points[1:]], axis=1), linewidths=width, capstyle="round",
-                                       colors=look.map_colour(0.9 * along[:-1]) / 255.0))
+                                       colors=look.map_color(0.9 * along[:-1]) / 255.0))
 
 
 def ratio_of(logarithms):

@@ -31,7 +31,7 @@ def curves(plot):
     figure, axes = look.subplots(5.2 + 1.8 * columns, 4.6)
     for number, series in enumerate(plot["series"]):
         thin = series.get("thin", False)
-        axes.plot(series["x"], series["y"], label=names[number], color=look.colour(number), linewidth=0.9 if thin else 1.6,
+        axes.plot(series["x"], series["y"], label=names[number], color=look.color(number), linewidth=0.9 if thin else 1.6,
                   marker="" if thin else look.MARKERS[number % 10], markersize=3.5)
     left, right, bottom, top = plot["limits"]
     axes.set(title=plain(plot["title"]), xlabel=plot["x"], ylabel=plot["y"], xlim=(left, right), ylim=(bottom, top))

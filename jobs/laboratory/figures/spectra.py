@@ -50,8 +50,8 @@ def mesh_subject(name, model, n, density, figures):
         size = max(figures.size, 600)
         points = draw("shifted", figures.seed).points
         axes.imshow(laboratory.picture(
-            size=size, margin=0.01, dots=points, dot_colours=numpy.zeros((1, 3), numpy.uint8),
-            dot_radii=numpy.array([size / 230]), face_colours=numpy.full(model.faces.shape, 250, numpy.uint8),
+            size=size, margin=0.01, dots=points, dot_colors=numpy.zeros((1, 3), numpy.uint8),
+            dot_radii=numpy.array([size / 230]), face_colors=numpy.full(model.faces.shape, 250, numpy.uint8),
             **models.view_of(figures, model), **model.arrays).image.reshape(size, size, 3))
         axes.set_axis_off()
 
@@ -113,11 +113,11 @@ def draw_subjects(figures, stem, subjects):
             subject.show(axes[row, 0])
             for ax, image, half in ((axes[row, 1], ratio, RANGE), (axes[row, 2], power, FREQUENCIES)):
                 show_map(ax, image, half)
-            for kind, (radius, mean, anisotropy), colour, style in zip(kinds, profile, look.PALETTE, ("-", "--", ":")):
+            for kind, (radius, mean, anisotropy), color, style in zip(kinds, profile, look.PALETTE, ("-", "--", ":")):
                 if kind != "independent":
-                    axes[row, 3].plot(radius, mean, style, color=colour, label=kind)
+                    axes[row, 3].plot(radius, mean, style, color=color, label=kind)
                 if kind != "spectrum":
-                    axes[row, 4].plot(radius, anisotropy, style, color=colour, label=kind)
+                    axes[row, 4].plot(radius, anisotropy, style, color=color, label=kind)
             axes[row, 3].axhline(1, color=look.NEUTRAL, linewidth=0.7)
             axes[row, 3].set(xlim=(0, 2.5), ylim=(0, 1.25))
             axes[row, 4].set(xlim=(0, 2.5), ylim=(-45, 5))

@@ -33,7 +33,7 @@ def closed_splats(figures, model, run, n):
 
 
 def skin(model):
-    return dict(face_colours=numpy.repeat(numpy.array([look.SKIN], numpy.uint8), len(model.faces), axis=0))
+    return dict(face_colors=numpy.repeat(numpy.array([look.SKIN], numpy.uint8), len(model.faces), axis=0))
 
 
 def turned(direction, axis, angle):

@@ -17,10 +17,10 @@ def model_picture(figures, model, **marks):
     return picture(figures, **model.arrays, **view_of(figures, model), **marks)
 
 
-def lines(segments, colours, width):
-    """As `picture` takes them: segments (L, 6), one colour or as many."""
+def lines(segments, colors, width):
+    """As `picture` takes them: segments (L, 6), one color or as many."""
     return dict(lines=numpy.ascontiguousarray(segments, float), line_widths=numpy.array([float(width)]),
-                line_colours=numpy.atleast_2d(numpy.asarray(colours, numpy.uint8)))
+                line_colors=numpy.atleast_2d(numpy.asarray(colors, numpy.uint8)))
 
 
 def joined(points, part=None):
@@ -31,29 +31,29 @@ def joined(points, part=None):
     return numpy.hstack([points[first], points[first + 1]]), first
 
 
-def discs(points, normals, radius, colour=look.DOT):
+def discs(points, normals, radius, color=look.DOT):
     """As `picture` takes them: of one radius, in the tangent planes."""
     axis = numpy.eye(3)[numpy.abs(normals).argmin(axis=1)]
     first = numpy.cross(normals, axis)
     first *= radius / numpy.linalg.norm(first, axis=1, keepdims=True)
     return dict(discs=numpy.hstack([points, first, numpy.cross(normals, first)]),
-                disc_colours=numpy.array([colour], numpy.uint8))
+                disc_colors=numpy.array([color], numpy.uint8))
 
 
 def with_edges(figures, model, **marks):
     """Picture of a model and its edges, paler where there are many, and none where they would hide it."""
     apart = figures.size / (len(model.faces) / 4) ** 0.5  # pixels, of vertices that are seen
     share = numpy.clip((apart - 4) / 6, 0, 1)
-    colour = (1 - share) * numpy.array([150, 156, 166]) + share * numpy.array(EDGE)
+    color = (1 - share) * numpy.array([150, 156, 166]) + share * numpy.array(EDGE)
     if apart > 4:
-        marks.update(lines(model.edge_lines(), colour, 0.5 + 0.4 * share))
+        marks.update(lines(model.edge_lines(), color, 0.5 + 0.4 * share))
     return model_picture(figures, model, **marks)
 
 
 def along_curve(curve, width):
     """The curve on the surface from dark to light, as `picture` takes it."""
     segments, first = joined(curve.points, curve.chain)
-    return lines(segments, look.map_colour(0.75 * curve.along[first]), width)
+    return lines(segments, look.map_color(0.75 * curve.along[first]), width)
 
 
 # ---- figure 6
@@ -74,12 +74,12 @@ def draw_6(figures):
         ends = [(0, 1)] if k % 2 == 0 else [(1 / 16, 7 / 16), (9 / 16, 15 / 16)]
         grid += [(joined(at(0 * steps + k / 32, a + (b - a) * steps))[0], (0, 114, 178)) for a, b in ends]
         grid.append((joined(at(steps, 0 * steps + k / 32))[0], (213, 94, 0)))
-    colours = numpy.vstack([numpy.broadcast_to(colour, (len(part), 3)) for part, colour in grid])
-    shown = [(picture(figures, **body, **lines(numpy.vstack([part for part, _ in grid]), colours, 1.5)), "parameterization",
+    colors = numpy.vstack([numpy.broadcast_to(color, (len(part), 3)) for part, color in grid])
+    shown = [(picture(figures, **body, **lines(numpy.vstack([part for part, _ in grid]), colors, 1.5)), "parameterization",
               "lines of constant u (blue) and v (red)")]
     curve = laboratory.surface_curve(surface=name, leaves=1024, steps=16, seed=figures.seed)
     segments, first = joined(curve.positions)
-    shown.append((picture(figures, **body, **lines(segments, look.map_colour(0.75 * curve.along[first]), 1.8)),
+    shown.append((picture(figures, **body, **lines(segments, look.map_color(0.75 * curve.along[first]), 1.8)),
                   "adaptive curve", "%d leaves" % len(curve.mass)))
     n, rows = 10000, []
     for density in ("uniform", "mean"):
@@ -102,13 +102,13 @@ def flat_chart(figures, curve, marks, edges):
     flat = numpy.pad(curve.chart_uv, [(0, 0), (0, 1)])
     pairs = curve.chart_faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2) if edges else numpy.empty((0, 2), int)
     drawn = lambda ends: flat[ends].reshape(-1, 6)
-    parts = [(drawn(pairs), EDGE, 0.6), (marks.get("lines", drawn(pairs[:0])), marks.get("line_colours"), 2),
+    parts = [(drawn(pairs), EDGE, 0.6), (marks.get("lines", drawn(pairs[:0])), marks.get("line_colors"), 2),
              (drawn(curve.chart_border), (30, 34, 40), 1.6)]
-    parts = [(segments, numpy.broadcast_to(colour, (len(segments), 3)), width) for segments, colour, width in parts
+    parts = [(segments, numpy.broadcast_to(color, (len(segments), 3)), width) for segments, color, width in parts
              if len(segments)]
     return picture(figures, vertices=flat, faces=curve.chart_faces, view=numpy.array([0, 0, 1.0]),
                    up=numpy.array([0, 1.0, 0]), lines=numpy.vstack([part[0] for part in parts]),
-                   line_colours=numpy.vstack([part[1] for part in parts]).astype(numpy.uint8),
+                   line_colors=numpy.vstack([part[1] for part in parts]).astype(numpy.uint8),
                    line_widths=numpy.concatenate([numpy.full(len(part[0]), part[2]) for part in parts]))
 
 
@@ -117,7 +117,7 @@ def in_plane(curve):
     here = curve.chart == curve.largest
     points = numpy.pad(curve.uv, [(0, 0), (0, 1)])[here]
     segments, first = joined(points, curve.chain[here])
-    return lines(segments, look.map_colour(0.75 * curve.along[here][first]), 1.5)
+    return lines(segments, look.map_color(0.75 * curve.along[here][first]), 1.5)
 
 
 def draw_7(figures):

@@ -18,7 +18,7 @@ SCALE = "bar: s1/s2 from 1 to %d" % MOST_RATIO
 
 # ---- what figures share
 
-def ply_text(names, values, faces=None, colours=None):
+def ply_text(names, values, faces=None, colors=None):
     """A PLY file: columns of the vertices by name, triangles with colors (T, 3)."""
     parts = ["red", "green", "blue"]
     head = ["ply", "format ascii 1.0", "element vertex %d" % len(values)]
@@ -27,36 +27,36 @@ def ply_text(names, values, faces=None, colours=None):
     if faces is not None:
         head += ["element face %d" % len(faces), "property list uchar int vertex_indices"]
         head += ["property uchar " + name for name in parts]
-        lines += ["3 %d %d %d %d %d %d" % (*face, *colour) for face, colour in zip(faces, colours)]
+        lines += ["3 %d %d %d %d %d %d" % (*face, *color) for face, color in zip(faces, colors)]
     return "\n".join([*head, "end_header", *lines, ""])
 
 
-def rgb(colours):
+def rgb(colors):
     """(n, 3) uint8 of colors like #d55e00."""
-    return numpy.array([list(bytes.fromhex(colour[1:])) for colour in colours], numpy.uint8).reshape(-1, 3)
+    return numpy.array([list(bytes.fromhex(color[1:])) for color in colors], numpy.uint8).reshape(-1, 3)
 
 
-def paler(colours, share):
-    return (colours + (255 - colours.astype(float)) * share).astype(numpy.uint8)
+def paler(colors, share):
+    return (colors + (255 - colors.astype(float)) * share).astype(numpy.uint8)
 
 
-PALE = paler(rgb(colour for colour in look.PALETTE if colour != "#000000"), 0.4)  # no shading shows on black
+PALE = paler(rgb(color for color in look.PALETTE if color != "#000000"), 0.4)  # no shading shows on black
 
 
 def ratios(samples):
     return (samples.tensor_spacing[:, 0] / samples.tensor_spacing[:, 1]).astype(float)
 
 
-def ratio_colours(ratio):
+def ratio_colors(ratio):
     """Pale green at 1, dark violet at the largest."""
-    return look.map_colour(0.86 * (1 - numpy.log(ratio) / math.log(MOST_RATIO)))
+    return look.map_color(0.86 * (1 - numpy.log(ratio) / math.log(MOST_RATIO)))
 
 
 def with_scale(image):
     """The colors of ratios in the lower left corner, the least one left."""
     size = len(image)
     high, wide, left = max(6, size // 45), size // 4, size // 40
-    image[size - left - high:size - left, left:left + wide] = ratio_colours(
+    image[size - left - high:size - left, left:left + wide] = ratio_colors(
         MOST_RATIO ** ((numpy.arange(wide) + 0.5) / wide))
     return image
 
@@ -64,17 +64,17 @@ def with_scale(image):
 def drawn(*parts):
     """Lines as `picture` takes them, of (segments (L, 6), one color or as many, width), later ones on top."""
     return dict(lines=numpy.vstack([part[0] for part in parts]), line_widths=numpy.concatenate(
-        [numpy.full(len(part[0]), float(part[2])) for part in parts]), line_colours=numpy.vstack(
+        [numpy.full(len(part[0]), float(part[2])) for part in parts]), line_colors=numpy.vstack(
             [numpy.broadcast_to(numpy.asarray(part[1], numpy.uint8), (len(part[0]), 3)) for part in parts]))
 
 
-def ellipses(samples, share, colours):
+def ellipses(samples, share, colors):
     """Ellipses of the spacings as `picture` takes them, `share` of a half of each to either side."""
     across = numpy.cross(samples.normals, samples.tensor_direction)
     across /= numpy.maximum(numpy.linalg.norm(across, axis=1, keepdims=True), 1e-12)
     half = 0.5 * share * samples.tensor_spacing
     return dict(discs=numpy.hstack([samples.points, half[:, :1] * samples.tensor_direction, half[:, 1:] * across]),
-                disc_colours=numpy.atleast_2d(numpy.asarray(colours, numpy.uint8)))
+                disc_colors=numpy.atleast_2d(numpy.asarray(colors, numpy.uint8)))
 
 
 def edge_lines(corners, edges):
@@ -104,7 +104,7 @@ class Charts:
         self.normals = numpy.cross(self.corners[:, 1] - self.corners[:, 0], self.corners[:, 2] - self.corners[:, 0]) / 2
         self.flat = numpy.isfinite(self.uv[:, 0, 0])
 
-    def colours(self):
+    def colors(self):
         """(S, 3): different between neighbors while there are enough, each about equally often."""
         border = (self.edges == 2).any(axis=1)
         _, place = numpy.unique(self.vertices[border], return_inverse=True)
@@ -184,20 +184,20 @@ def draw_field(figures, model):
         run, stem = RUN + ["--tensor-smoothing", str(smoothing)], stem % model.name
         found = laboratory.field_singularities(**model.arrays, run=run)
         places, turns = found.positions, found.half_turns
-        colours = rgb(kinds[numpy.sign(turn)][1] for turn in turns)
+        colors = rgb(kinds[numpy.sign(turn)][1] for turn in turns)
         samples = laboratory.samples(**model.arrays, run=run, n=1200 if figures.quick else 5000, seed=figures.seed)
         half = 0.5 * samples.tensor_spacing.prod(axis=1, keepdims=True) ** 0.5 * samples.tensor_direction
-        marks = drawn((numpy.hstack([samples.points - half, samples.points + half]), ratio_colours(ratios(samples)),
+        marks = drawn((numpy.hstack([samples.points - half, samples.points + half]), ratio_colors(ratios(samples)),
                        figures.size / 400))
         if len(places):
-            marks.update(dots=places, dot_colours=colours, dot_radii=numpy.array([figures.size / 130]))
+            marks.update(dots=places, dot_colors=colors, dot_radii=numpy.array([figures.size / 130]))
         images.append((with_scale(model_picture(figures, model, **marks)), "smoothed %d times" % smoothing,
                        "%d singularities; %s" % (len(places), SCALE)))
         figures.table(stem, "%s, %d rounds of smoothing: Euler characteristic %d, sum of the indices %g, mean ratio %.2f" % (
             model.name, smoothing, found.euler, sum(turns) / 2, found.mean_ratio), ["kind", "index", "x", "y", "z"],
             [[kinds[numpy.sign(turn)][0], turn / 2, *at] for turn, at in zip(turns, places)], shown=len(places) < 10)
         figures.data(stem + ".ply", ply_text(
-            "x y z red green blue index", numpy.column_stack([places, colours, numpy.asarray(turns, float) / 2])))
+            "x y z red green blue index", numpy.column_stack([places, colors, numpy.asarray(turns, float) / 2])))
     figures.panels("figure12_%s_field" % model.name, "%s: the tensor field and its singularities" % model.name, images)
 
 
@@ -234,23 +234,23 @@ def draw_segments(figures, model, form, segments):
     staged = laboratory.stage(**model.arrays, run=run, n=n)
     charts, curves = Charts(staged, run), curves_of(staged, run, n)
     samples = laboratory.samples(staged=staged, run=run, n=n, seed=figures.seed)
-    colours, flat, thin = charts.colours(), charts.flat, figures.size / 500
+    colors, flat, thin = charts.colors(), charts.flat, figures.size / 500
     painted = numpy.full((len(model.faces), 3), FAINT, numpy.uint8)
-    painted[charts.face] = colours[charts.segment]
+    painted[charts.face] = colors[charts.segment]
     laid, border, pale = charts.laid_out(), edge_lines(charts.corners, charts.edges == 2), paler(painted, 0.5)
     period = 0.02 * numpy.linalg.norm(numpy.ptp(model.vertices, axis=0))
     chains = [curves.points[curves.chain == chain] for chain in numpy.unique(curves.chain)]
     dashes = numpy.vstack([styled(points, period, list(STYLES.values())[k % 4]) for k, points in enumerate(chains)])
     form_of = "conformal in the metric" if form == "metric" else "along the field"
     figures.panels(stem, "%s, charts %s: pieces of the plane, segments, chains and samples" % (model.name, form_of), [
-        (picture(figures, **soup(laid[flat]), **FLAT, face_colours=colours[charts.segment[flat]],
+        (picture(figures, **soup(laid[flat]), **FLAT, face_colors=colors[charts.segment[flat]],
                  **drawn((edge_lines(laid, (charts.edges > 0) & flat[:, None]), INK, thin))),
          "pieces of the plane", "%d charts" % len(set(charts.segment[flat]))),
-        (model_picture(figures, model, face_colours=painted, **drawn((border, INK, 1.5 * thin))),
+        (model_picture(figures, model, face_colors=painted, **drawn((border, INK, 1.5 * thin))),
          "on the surface", "%d segments" % len(charts.area)),
-        (model_picture(figures, model, face_colours=pale, **drawn((border, FAINT, thin), (dashes, INK, 1.7 * thin))),
+        (model_picture(figures, model, face_colors=pale, **drawn((border, FAINT, thin), (dashes, INK, 1.7 * thin))),
          "chains of the curves", "%d; %s" % (len(chains), ", ".join(STYLES))),
-        (model_picture(figures, model, face_colours=pale, **drawn((border, FAINT, thin)), **ellipses(samples, 0.62, INK)),
+        (model_picture(figures, model, face_colors=pale, **drawn((border, FAINT, thin)), **ellipses(samples, 0.62, INK)),
          "sampling", "%d samples" % n)])
     figures.data(stem + "_segments.ply", ply_text("x y z", model.vertices, model.faces, painted))
     rows = []
@@ -296,7 +296,7 @@ def draw_steps(figures, model):
     def inside(count):
         """Ellipses of as many samples of the whole: those in the segment, their triangles in it, and all samples."""
         samples = laboratory.samples(staged=staged, run=run, n=count, seed=figures.seed)
-        marks, held = ellipses(samples, 0.8, ratio_colours(ratios(samples))), number[samples.triangle] >= 0
+        marks, held = ellipses(samples, 0.8, ratio_colors(ratios(samples))), number[samples.triangle] >= 0
         return {name: values[held] for name, values in marks.items()}, number[samples.triangle[held]], samples
 
     # Ellipses in the chart are those on the surface under the Jacobians of their triangles.
@@ -317,19 +317,19 @@ def draw_steps(figures, model):
     all_borders = edge_lines(charts.corners, charts.edges == 2), FAINT, thin
     curve = joined(numpy.pad(curves.uv[mine], [(0, 0), (0, 1)]), curves.chain[mine])[0]
     figures.panels("figure14_" + model.name, "%s: the steps of one segment" % model.name, [
-        (model_picture(figures, model, face_colours=painted, **drawn(all_borders)), "(a) a segment",
+        (model_picture(figures, model, face_colors=painted, **drawn(all_borders)), "(a) a segment",
          "%.0f %% of the area" % (100 * charts.share[chosen])),
         (with_scale(picture(figures, **shape, **looks, **field, **drawn(border))), "(b) its field", SCALE),
         (picture(figures, **soup(uv), **FLAT, **flat_field, **drawn(outline)), "(c) its chart",
          "conformal in the metric" if charts.anisotropic[chosen] else "mean value"),
         (picture(figures, **soup(uv), **FLAT, **drawn(outline, (curve, INK, thin))), "(d) the curve",
          "%d chains" % len(set(curves.chain[mine]))),
-        (picture(figures, **soup(pieces.corners[held]), **looks, face_colours=PALE[strata % len(PALE)]), "(e) its strata",
+        (picture(figures, **soup(pieces.corners[held]), **looks, face_colors=PALE[strata % len(PALE)]), "(e) its strata",
          "%d of equal mass" % len(set(strata))),
         (picture(figures, **shape, **looks, **marks, **drawn(border)), "(f) samples", "%d" % len(triangle))])
     figures.data("figure14_%s_samples.ply" % model.name, ply_text(
         "x y z nx ny nz red green blue direction_x direction_y direction_z spacing_1 spacing_2", numpy.hstack([
-            samples.points, samples.normals, ratio_colours(ratios(samples)), samples.tensor_direction,
+            samples.points, samples.normals, ratio_colors(ratios(samples)), samples.tensor_direction,
             samples.tensor_spacing])))
     return "%s: %d strata and %d of %d samples in %.1f %% of the area" % (
         model.name, len(set(strata)), len(triangle), n, 100 * charts.share[chosen])

@@ -11,7 +11,7 @@ namespace meander {
 
 namespace {
 
-// threads: of all later calls, up to 1024. For programs: nothing takes it back.
+// Sets the threads, 1 to 1024, of all later calls of the process.
 LaboratoryResult limit_threads(const LaboratoryArguments& given) {
   using oneapi::tbb::global_control;
   static std::unique_ptr<global_control> limit;

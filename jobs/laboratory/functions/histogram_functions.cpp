@@ -1,4 +1,4 @@
-// Histograms of distances and what they are compared with; measures of many sets on one model.
+// Histograms of distances and their references; measures of many sets on one model.
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -67,8 +67,8 @@ LaboratoryResult weighted_by_lifted_area(const LaboratoryArguments& given) {
   return result;
 }
 
-// Of a staged model: points (n, 3), in working units, of samples given by triangle (n,) and barycentric (n,
-// 2), on the triangles, or lifted to the surface that normals (T, 9) describe where those are given.
+// Takes a staged model, triangle (n,) and barycentric (n, 2) of samples, and optional normals (T, 9). Returns
+// points (n, 3) in working units: on the triangles, or lifted to the surface that the normals describe.
 LaboratoryResult points_of_samples(const LaboratoryArguments& given) {
   const PreparedMesh& mesh = given.staged().surface;
   const std::span<const double> weights = given.reals("barycentric", 2);
@@ -83,8 +83,9 @@ LaboratoryResult points_of_samples(const LaboratoryArguments& given) {
   return result;
 }
 
-// points (n, 3), optional weights (n,), bins, range (0: the largest distance): shares (bins,) of the
-// distances of all pairs, a pair counting by the product of its weights, in equal parts of [0, range]; range.
+// Takes points (n, 3), optional weights (n,), bins and range (0: the maximum distance). Returns range and
+// shares (bins,) of the distances of all pairs in equal parts of [0, range]; a pair counts by the product of
+// its weights.
 LaboratoryResult distance_shares(const LaboratoryArguments& given) {
   const std::span<const double> points = given.reals("points", 3);
   DistanceHistogramParameters parameters;
@@ -99,8 +100,8 @@ LaboratoryResult distance_shares(const LaboratoryArguments& given) {
   return result;
 }
 
-// shape: "sphere" of radius 1, or "torus" of radii 1 and `tube`; bins: shares (bins,) of the distances of two
-// random points of it, in equal parts of [0, range]; range, its diameter.
+// Takes shape, "sphere" of radius 1 or "torus" of radii 1 and `tube`, and bins. Returns shares (bins,) of the
+// distances of two random points in equal parts of [0, range]; range is the diameter.
 LaboratoryResult known_distance_shares(const LaboratoryArguments& given) {
   const auto bins = static_cast<std::uint32_t>(given.whole("bins"));
   const bool sphere = given.text("shape") == "sphere";
@@ -112,8 +113,8 @@ LaboratoryResult known_distance_shares(const LaboratoryArguments& given) {
   return result;
 }
 
-// bins, shares (K, bins), truth (bins,): relative (K,), the sum of absolute errors; norm (K,), the root of
-// the sum of their squares; largest (K,). All are parts of the sum of the truth but the last.
+// Takes bins, shares (K, bins) and truth (bins,). Returns relative (K,), the sum of absolute errors, and norm
+// (K,), the root of the sum of their squares, both over the sum of the truth; and largest (K,).
 LaboratoryResult histogram_errors(const LaboratoryArguments& given) {
   const std::uint64_t bins = given.whole("bins");
   const std::span<const double> shares = given.reals("shares", bins), truth = given.reals("truth");
@@ -132,14 +133,14 @@ LaboratoryResult histogram_errors(const LaboratoryArguments& given) {
   return result;
 }
 
-// points (n, 3), queries (m, 3): nearest (m,), the number of the point nearest to each.
+// Takes points (n, 3) and queries (m, 3). Returns nearest (m,), the number of the point nearest to each.
 LaboratoryResult nearest_of_points(const LaboratoryArguments& given) {
   LaboratoryResult result;
   result.add("nearest", nearest_points(KdTree<3>(given.reals("points", 3)), given.reals("queries", 3)));
   return result;
 }
 
-// The parts of an array of n things, one after the other, by their numbers of things (uint32).
+// The consecutive parts of an array of n elements, by their sizes (uint32).
 std::vector<std::pair<std::size_t, std::size_t>> parts_of(std::size_t n,
                                                           std::span<const std::uint32_t> sizes) {
   std::vector<std::pair<std::size_t, std::size_t>> parts;
@@ -152,8 +153,7 @@ std::vector<std::pair<std::size_t, std::size_t>> parts_of(std::size_t n,
   return parts;
 }
 
-// Adds pairs to the bins of [0, range]; what lies further counts in the last one, what is not reached
-// nowhere.
+// Adds pairs to the bins of [0, range]; longer distances count in the last bin, unreached ones in none.
 void add_distance(std::span<double> shares, double distance, double range, double weight) {
   if (!std::isfinite(distance)) return;
   const auto bins = static_cast<double>(shares.size());
@@ -165,7 +165,7 @@ void divide_by_sum(std::span<double> shares) {
   for (double& share : shares) share /= sum;
 }
 
-// The largest distance met on going to the farthest vertex again and again: the diameter, or nearly.
+// Approximates the diameter: the maximum distance on repeated steps to the farthest vertex.
 double far_distance(const HeatGeodesics& geodesics, const PreparedMesh& mesh) {
   std::vector<double> distance(mesh.vertex_count());
   std::uint32_t from = 0;
@@ -180,10 +180,10 @@ double far_distance(const HeatGeodesics& geodesics, const PreparedMesh& mesh) {
   return largest;
 }
 
-// Of a staged model: geodesic distances between its working vertices, by the heat method. sources (S,), areas
-// (W,), bins, and sets of vertices one after the other: points (N,), sizes (K,). Returns range in units of
-// the file, alike (bins,) and by_area (bins,), the shares of the pairs of a source and any other vertex, all
-// alike and by the product of their areas; shares (K, bins) of all pairs of each set.
+// Takes a staged model, sources (S,), areas (W,), bins, and consecutive sets of vertices: points (N,), sizes
+// (K,). Returns histograms of geodesic distances between working vertices (heat method): range in units of
+// the file; alike (bins,) and by_area (bins,), the shares of the pairs of a source and any other vertex, with
+// equal weights and by the product of their areas; shares (K, bins) of all pairs of each set.
 LaboratoryResult geodesic_shares(const LaboratoryArguments& given) {
   constexpr std::size_t block = 256;
   const PreparedMesh& mesh = given.staged().surface;
@@ -228,10 +228,10 @@ LaboratoryResult geodesic_shares(const LaboratoryArguments& given) {
   return result;
 }
 
-// Of a staged model: sets of samples one after the other, points (N, 3) in units of the file, sizes (K,);
-// boxes, seed: ratio (K,), the error over that of random points; bias, the mean error of a box over that of
-// one set (0 for one set); rho (K,) and mean_distance (K,), the smallest and the mean distance to the nearest
-// other point over that of the hexagonal lattice.
+// Takes a staged model, consecutive sets of samples, points (N, 3) in units of the file and sizes (K,), boxes
+// and seed. Returns ratio (K,), the error over that of random points; bias, the mean error of a box over that
+// of one set (0 for one set); rho (K,) and mean_distance (K,), the minimum and the mean distance to the
+// nearest other point over that of the hexagonal lattice.
 LaboratoryResult measures_of_sets(const LaboratoryArguments& given) {
   const PreparedMesh& mesh = given.staged().surface;
   const std::vector<RotatedBox> boxes = boxes_on(mesh, given);
@@ -254,8 +254,8 @@ LaboratoryResult measures_of_sets(const LaboratoryArguments& given) {
   return result;
 }
 
-// Of a staged model: points (M, 3) in units of the file, n: kept (n,), the numbers of the points that sample
-// elimination (Yuksel 2015) leaves.
+// Takes a staged model, points (M, 3) in units of the file, and n. Returns kept (n,), the numbers of the
+// points that sample elimination (Yuksel 2015) keeps.
 LaboratoryResult kept_by_elimination(const LaboratoryArguments& given) {
   const PreparedMesh& mesh = given.staged().surface;
   LaboratoryResult result;

@@ -13,10 +13,10 @@ namespace meander {
 
 // The options run (a list of those of `meander run`), n, seed and leaves_per_sample.
 SampleParameters parameters_of(const LaboratoryArguments& given);
-// A mesh, or a model that was staged, with n samples by the same options but for n, seed, sequence and order.
+// A mesh or a staged model with n samples, by the same options except n, seed, sequence and order.
 Model sampled_model(const LaboratoryArguments& given);
 
-// The options boxes and seed: random boxes on the surface. Throws ItemError(zero_area) where it has none.
+// Random boxes on the surface, by the options boxes and seed. Throws ItemError(zero_area) if there are none.
 std::vector<RotatedBox> boxes_on(const PreparedMesh& surface, const LaboratoryArguments& given);
 
 struct LaboratoryFunction {
@@ -24,7 +24,7 @@ struct LaboratoryFunction {
   LaboratoryResult (*call)(const LaboratoryArguments&);
 };
 
-// By subject, one source file each.
+// The functions by subject, one source file each.
 extern const std::span<const LaboratoryFunction> histogram_functions, measure_functions, model_functions,
     picture_functions, plane_functions, splat_functions, surface_functions, tensor_functions;
 

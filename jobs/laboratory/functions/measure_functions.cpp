@@ -34,8 +34,8 @@ PlanarMethod method_named(const std::string& name) {
   return *method;
 }
 
-// method, n, seed, leaves (per point, of hilbert-vertex): points (n, 2) in the unit square; deterministic: 1
-// where the seed changes nothing.
+// Takes method, n, seed, and leaves (per point, for hilbert-vertex). Returns points (n, 2) in the unit
+// square; deterministic: 1 if the seed changes nothing.
 LaboratoryResult points_in_square(const LaboratoryArguments& given) {
   const PlanarMethod method = method_named(given.text("method"));
   PlanarParameters parameters;
@@ -58,8 +58,8 @@ ShapeParameters shapes_of(const LaboratoryArguments& given, std::uint32_t otherw
   return shapes;
 }
 
-// points (n, 2) in the unit square, shapes, seed: the largest error over boxes at the origin (exact to 16,384
-// points), triangles at the origin and quarter circles.
+// Takes points (n, 2) in the unit square, shapes and seed. Returns the maximum errors over boxes at the
+// origin (exact up to 16,384 points), triangles at the origin and quarter circles.
 LaboratoryResult square_discrepancy(const LaboratoryArguments& given) {
   constexpr std::size_t exact_limit = std::size_t{1} << 14;
   const std::vector<double> x = given.column("points", 2, 0), y = given.column("points", 2, 1);
@@ -74,8 +74,8 @@ LaboratoryResult square_discrepancy(const LaboratoryArguments& given) {
   return result;
 }
 
-// A mesh, points (sets x n, 3), sets, boxes, seed: by set the root mean square error
-// over random rotated boxes, the same for all, over that of random points: `ratios` (sets,).
+// Takes a mesh, points (sets x n, 3), sets, boxes and seed. Returns ratios (sets,): the root mean square
+// error of each set over random rotated boxes, the same for all, over that of random points.
 LaboratoryResult box_errors_on_mesh(const LaboratoryArguments& given) {
   const PreparedMesh surface = prepare_mesh(given.mesh());
   const std::vector<RotatedBox> boxes = boxes_on(surface, given);
@@ -92,8 +92,8 @@ LaboratoryResult box_errors_on_mesh(const LaboratoryArguments& given) {
   return result;
 }
 
-// points (n, 2) in the unit square that follow a density (of planar_density_names), shapes, seed: the largest
-// error over boxes at the origin, against their exact shares of it.
+// Takes points (n, 2) in the unit square that follow a density (of planar_density_names), shapes and seed.
+// Returns the maximum error over boxes at the origin, against their exact shares of the density.
 LaboratoryResult density_discrepancy(const LaboratoryArguments& given) {
   const std::string name = given.text("density");
   const std::optional<PlanarDensity> density = planar_density(name);
@@ -106,8 +106,8 @@ LaboratoryResult density_discrepancy(const LaboratoryArguments& given) {
   return result;
 }
 
-// points (n, 2) in the unit square, radius: power (2 radius + 1, 2 radius + 1) at whole frequencies, white
-// noise being 1; rows by the frequency in y from -radius.
+// Takes points (n, 2) in the unit square and radius. Returns power (2 radius + 1, 2 radius + 1) at whole
+// frequencies, white noise being 1; rows by the frequency in y from -radius.
 LaboratoryResult power_spectrum(const LaboratoryArguments& given) {
   PowerSpectrum spectrum = make_power_spectrum(static_cast<std::uint32_t>(given.whole("radius")));
   add_periodogram(spectrum, given.column("points", 2, 0), given.column("points", 2, 1));
@@ -117,10 +117,10 @@ LaboratoryResult power_spectrum(const LaboratoryArguments& given) {
   return result;
 }
 
-// points (n, 3), normals (n, 3), spacing (n,): the wanted distance at each; range in spacings, cells; frames
-// (n, 3; optional): what the first axis of the map is at each point, otherwise a random direction by seed.
-// Returns pairs (cells, cells) by their difference in units of spacings, over the number of points: what
-// independent points of the same density give on average to divide by.
+// Takes points (n, 3), normals (n, 3), spacing (n,), the wanted distance at each point, range in spacings,
+// cells, and optional frames (n, 3), the first axis of the map at each point; else a random direction by
+// seed. Returns pairs (cells, cells) by their difference in units of spacings, over the number of points, and
+// the average for independent points of the same density, to divide by.
 LaboratoryResult differences(const LaboratoryArguments& given) {
   DifferenceParameters parameters;
   parameters.range = given.real("range", parameters.range);
@@ -139,8 +139,8 @@ LaboratoryResult differences(const LaboratoryArguments& given) {
   return result;
 }
 
-// map (side^2,), symmetric about its middle; first, width: of its rings, in cells. By ring radius (cells),
-// mean, anisotropy (dB) and bins; rings of too few bins to show are left out.
+// Takes map (side^2,), symmetric about its middle, and first and width of its rings in cells. Returns radius
+// (cells), mean, anisotropy (dB) and bins of each ring; rings with too few bins are left out.
 LaboratoryResult radial(const LaboratoryArguments& given) {
   const std::span<const double> map = given.reals("map");
   const auto side = static_cast<std::size_t>(std::lround(std::sqrt(static_cast<double>(map.size()))));

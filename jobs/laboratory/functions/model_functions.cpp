@@ -1,4 +1,4 @@
-// Models staged once and sampled many times, and what the stages make of them.
+// Models that are staged once and sampled many times, and the results of their stages.
 #include <stdexcept>
 
 #include "jobs/laboratory/functions/laboratory_functions.h"
@@ -50,8 +50,8 @@ Model sampled_model(const LaboratoryArguments& given) {
 
 namespace {
 
-// vertices (V, 3), faces (T, 3), tensors (V, 3 or 6; optional), run: options of `meander run`: a model up to
-// its charts, made for n samples.
+// Takes vertices (V, 3), faces (T, 3), optional tensors (V, 3 or 6), and run, options of `meander run`.
+// Returns a model up to its charts, made for n samples.
 LaboratoryResult stage(const LaboratoryArguments& given) {
   auto model = std::make_shared<Model>(charted_model(given, parameters_of(given)));
   LaboratoryResult result;
@@ -61,7 +61,7 @@ LaboratoryResult stage(const LaboratoryArguments& given) {
   return result;
 }
 
-// Of a staged model: n samples by the same options but for n, seed, sequence and order. Points in units of
+// Takes a staged model. Returns n samples by the same options except n, seed, sequence and order, in units of
 // the file.
 LaboratoryResult samples(const LaboratoryArguments& given) {
   Model model = sampled_model(given);

@@ -9,10 +9,10 @@ namespace meander {
 
 namespace {
 
-SrgbColour colour_at(std::span<const std::uint8_t> colours, std::size_t i) {
-  const std::size_t at = colours.size() == 3 ? 0 : 3 * i;
-  if (at + 3 > colours.size()) throw std::invalid_argument("there are too few colours");
-  return {colours[at], colours[at + 1], colours[at + 2]};
+SrgbColor color_at(std::span<const std::uint8_t> colors, std::size_t i) {
+  const std::size_t at = colors.size() == 3 ? 0 : 3 * i;
+  if (at + 3 > colors.size()) throw std::invalid_argument("there are too few colors");
+  return {colors[at], colors[at + 1], colors[at + 2]};
 }
 
 double width_at(std::span<const double> widths, std::size_t i) {
@@ -41,37 +41,35 @@ SurfacePictureParameters look_of(const LaboratoryArguments& given) {
   return look;
 }
 
-// vertices (V, 3), faces (T, 3); optional, one colour (1, 3) or width (1,) for all where there are not as
-// many: face_colours (T, 3); lines (L, 6) from x y z to x y z, line_colours, line_widths in pixels; discs (D,
-// 9) centre and two half-axes, disc_colours; dots (P, 3), dot_colours, dot_radii in pixels. Colours are
-// uint8. size, margin, crease, view, up: see surface_picture.h. Returns image (size, size, 3) as rows of
-// pixels.
+// Takes vertices (V, 3), faces (T, 3) and, optionally, face_colors (T, 3); lines (L, 6) from x y z to x y z,
+// line_colors, line_widths in pixels; discs (D, 9), center and two half-axes, disc_colors; dots (P, 3),
+// dot_colors, dot_radii in pixels. Colors are uint8; one color (1, 3) or width (1,) applies to all. size,
+// margin, crease, view, up: see surface_picture.h. Returns image (size, size, 3) as rows of pixels.
 LaboratoryResult picture(const LaboratoryArguments& given) {
   SurfaceScene scene{given.reals("vertices", 3), given.numbers("faces", 3), {}};
-  if (given.has("face_colours")) {
-    const std::span<const std::uint8_t> colours = given.bytes("face_colours", 3);
-    for (std::size_t t = 0; t < scene.faces.size() / 3; ++t)
-      scene.face_colours.push_back(colour_at(colours, t));
+  if (given.has("face_colors")) {
+    const std::span<const std::uint8_t> colors = given.bytes("face_colors", 3);
+    for (std::size_t t = 0; t < scene.faces.size() / 3; ++t) scene.face_colors.push_back(color_at(colors, t));
   }
   if (given.has("lines")) {
     const std::span<const double> lines = given.reals("lines", 6), widths = given.reals("line_widths");
-    const std::span<const std::uint8_t> colours = given.bytes("line_colours", 3);
+    const std::span<const std::uint8_t> colors = given.bytes("line_colors", 3);
     for (std::size_t i = 0; i < lines.size() / 6; ++i)
       scene.lines.push_back(
-          {vector_at(lines, 2 * i), vector_at(lines, 2 * i + 1), width_at(widths, i), colour_at(colours, i)});
+          {vector_at(lines, 2 * i), vector_at(lines, 2 * i + 1), width_at(widths, i), color_at(colors, i)});
   }
   if (given.has("discs")) {
     const std::span<const double> discs = given.reals("discs", 9);
-    const std::span<const std::uint8_t> colours = given.bytes("disc_colours", 3);
+    const std::span<const std::uint8_t> colors = given.bytes("disc_colors", 3);
     for (std::size_t i = 0; i < discs.size() / 9; ++i)
       scene.ellipses.push_back({vector_at(discs, 3 * i), vector_at(discs, 3 * i + 1),
-                                vector_at(discs, 3 * i + 2), colour_at(colours, i)});
+                                vector_at(discs, 3 * i + 2), color_at(colors, i)});
   }
   if (given.has("dots")) {
     const std::span<const double> dots = given.reals("dots", 3), radii = given.reals("dot_radii");
-    const std::span<const std::uint8_t> colours = given.bytes("dot_colours", 3);
+    const std::span<const std::uint8_t> colors = given.bytes("dot_colors", 3);
     for (std::size_t i = 0; i < dots.size() / 3; ++i)
-      scene.dots.push_back({vector_at(dots, i), width_at(radii, i), colour_at(colours, i)});
+      scene.dots.push_back({vector_at(dots, i), width_at(radii, i), color_at(colors, i)});
   }
   LaboratoryResult result;
   result.add("image", surface_picture(scene, look_of(given)).pixels);

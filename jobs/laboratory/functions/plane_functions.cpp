@@ -1,12 +1,12 @@
-// Curves in the square and on parametric surfaces, samples of these, and what they are compared with.
+// Curves in the square and on parametric surfaces, samples of these, and their references.
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 #include <stdexcept>
 
 #include "jobs/cli/option_words.h"
-#include "jobs/laboratory/functions/laboratory_functions.h"
 #include "jobs/inputs/surface_sources.h"
+#include "jobs/laboratory/functions/laboratory_functions.h"
 #include "kernels/analyse/discrepancy_sphere.h"
 #include "kernels/pointset/curve_point.h"
 #include "kernels/pointset/sphere_points.h"
@@ -18,8 +18,8 @@ namespace meander {
 
 namespace {
 
-// surface: a name of surface_names() or formulas for x, y, z; density, density_floor, curve, sequence, order,
-// place, tolerance, reparameterise, seed: as of `meander surface`.
+// The parameters surface, a name of surface_names() or formulas for x, y, z, and density, density_floor,
+// curve, sequence, order, place, tolerance, reparameterise and seed, as in `meander surface`.
 SurfaceSampleParameters surface_parameters(const LaboratoryArguments& given) {
   check_surface_name(given.text("surface"));
   SurfaceSampleParameters parameters;
@@ -35,7 +35,7 @@ SurfaceSampleParameters surface_parameters(const LaboratoryArguments& given) {
   return parameters;
 }
 
-// The tree of at most so many leaves, as near to that as a bound on the mass of leaves comes.
+// The tree of at most this many leaves, as close to it as a bound on the mass of leaves gets.
 CurveTree adaptive_tree(const SurfaceCurve& fine, std::uint64_t leaves) {
   std::vector<double> s, t, area;
   for (std::size_t i = 0; i < fine.mass.size(); ++i) {
@@ -69,11 +69,11 @@ std::vector<double> interleaved(const std::vector<double>& x, const std::vector<
   return result;
 }
 
-// The curve of a surface (surface_parameters): through the centres of at most `leaves` leaves of about equal
-// measure, or, with `uniform`, of the equal cells of the least level that has as many. steps (1): pieces in
-// the parameters between two centres. Returns, by point of the polyline, `along` (P,) in [0, 1] by number of
-// leaves, `square` (P, 2) where the curve is laid out (the warped square with reparameterise), `uv` (P, 2),
-// `positions` and unit `normals` (P, 3); by leaf `mass` (L,), their sum being 1, and `depth` (L,).
+// The curve of a surface (surface_parameters) through the centers of at most `leaves` leaves of about equal
+// measure, or, with `uniform`, of the equal cells of the lowest level that has as many. steps (1): pieces in
+// the parameters between two centers. Returns for each point of the polyline `along` (P,) in [0, 1] by number
+// of leaves, `square` (P, 2), its position in the (with reparameterise, warped) square, `uv` (P, 2),
+// `positions` and unit `normals` (P, 3); for each leaf `mass` (L,), their sum being 1, and `depth` (L,).
 LaboratoryResult surface_curve(const LaboratoryArguments& given) {
   SurfaceSampleParameters parameters = surface_parameters(given);
   const std::uint64_t leaves = given.whole("leaves"), steps = given.whole("steps", 1);
@@ -129,8 +129,8 @@ LaboratoryResult surface_curve(const LaboratoryArguments& given) {
   return result;
 }
 
-// n samples of a surface (surface_parameters): points and normals (n, 3) in coordinates of the surface, uv
-// (n, 2), density (n,); area, and measure, the integral of the density over it.
+// Returns n samples of a surface (surface_parameters): points and normals (n, 3) in coordinates of the
+// surface, uv (n, 2), density (n,); area; and measure, the integral of the density.
 LaboratoryResult surface_samples(const LaboratoryArguments& given) {
   SurfaceSampleParameters parameters = surface_parameters(given);
   parameters.samples = static_cast<std::uint32_t>(given.whole("n"));
@@ -153,7 +153,8 @@ LaboratoryResult surface_samples(const LaboratoryArguments& given) {
   return result;
 }
 
-// curve (hilbert, peano, peano-meander), level: centres of its cells (C, 2) in the unit square, along it.
+// Takes curve (hilbert, peano, peano-meander) and level. Returns the centers of its cells (C, 2) in the unit
+// square, along the curve.
 LaboratoryResult curve_cells(const LaboratoryArguments& given) {
   const CurveKind kind = value_of(curve_words, given.text("curve"));
   const std::uint64_t level = given.whole("level");
@@ -170,7 +171,7 @@ LaboratoryResult curve_cells(const LaboratoryArguments& given) {
   return result;
 }
 
-// method (of SphereMethod), n, seed: points (n, 3) on the unit sphere.
+// Takes method (of SphereMethod), n and seed. Returns points (n, 3) on the unit sphere.
 LaboratoryResult points_on_sphere(const LaboratoryArguments& given) {
   const std::string name = given.text("method");
   const std::optional<SphereMethod> method = sphere_method(name);
@@ -185,8 +186,8 @@ LaboratoryResult points_on_sphere(const LaboratoryArguments& given) {
   return result;
 }
 
-// points (n, 3) of the unit sphere, axes, triangles, seed: the largest error over caps around random axes and
-// over spherical triangles.
+// Takes points (n, 3) on the unit sphere, axes, triangles and seed. Returns the maximum error over caps
+// around random axes and over spherical triangles.
 LaboratoryResult sphere_discrepancy(const LaboratoryArguments& given) {
   ShapeParameters shapes;
   shapes.seed = given.whole("seed", 1);

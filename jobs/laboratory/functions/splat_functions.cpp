@@ -1,4 +1,4 @@
-// Samples as splats, those that a view asks for, and as brush strokes.
+// Samples as splats, those chosen for a view, and as brush strokes.
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
@@ -26,11 +26,11 @@ SplatSizes sizes_of(const LaboratoryArguments& given) {
   return {given.real("cover", SplatSizes{}.cover), given.flag("round")};
 }
 
-// A sampled model from one direction: its mesh in the units of the samples fills the picture as in
+// A sampled model from one direction. Its mesh, in the units of the samples, fills the picture as in
 // surface_picture.
 struct SplattedView {
   SplatView view;
-  std::vector<float> depth;  // of the mesh, as surface_depth has it
+  std::vector<float> depth;  // surface_depth of the mesh
 
   SplattedView(const Model& model, Vector3 towards, const LaboratoryArguments& given) {
     const ItemReport& report = model.row.report;
@@ -51,9 +51,9 @@ struct SplattedView {
     depth = mesh_depth(model.row, mesh, view);
   }
 
-  // Whether the mesh hides a splat of this longer half-axis: then none may shine through between those before
-  // it. One that lies behind the surface by less than its own size may reach beyond it, unless it faces away:
-  // that is seen through an opening, and nowhere else.
+  // Whether the mesh hides a splat with this longer half-axis, which must then not show through between those
+  // in front. A splat behind the surface by less than its own size may reach beyond it, unless it faces away:
+  // that one is visible through an opening only.
   bool hides(Vector3 centre, Vector3 normal, double half_axis) const {
     const Vector3 at = view.point(centre);
     const bool away = view.direction(normal).z < 0;
@@ -83,7 +83,7 @@ struct SplattedView {
   }
 };
 
-// The values of these samples, `each` of every one.
+// The values of these samples, `each` per sample.
 std::vector<float> of_samples(std::span<const float> values, std::size_t each,
                               std::span<const std::uint32_t> numbers) {
   std::vector<float> result;
@@ -93,10 +93,10 @@ std::vector<float> of_samples(std::span<const float> values, std::size_t each,
   return result;
 }
 
-// vertices and faces, or staged=; run, n, seed; views (K, 3) towards the eye, up (1, 3), size and margin of
-// the pictures; cover: area of a splat over that of the surface its sample stands for; round: discs, whatever
-// tensors there are; measured: no pictures. Returns images (K x size x size x 3) and white (K,): the share of
-// the visible surface that no splat covers.
+// Takes vertices and faces, or staged=; run, n, seed; views (K, 3) towards the eye, up (1, 3), size and
+// margin of the pictures; cover, the area of a splat over that which its sample represents; round, for discs
+// even with tensors; measured, for no pictures. Returns images (K x size x size x 3) and white (K,), the
+// share of the visible surface that no splat covers.
 LaboratoryResult splats(const LaboratoryArguments& given) {
   const Model model = sampled_model(given);
   const Row& row = model.row;
@@ -107,7 +107,7 @@ LaboratoryResult splats(const LaboratoryArguments& given) {
   for (const Vector3& towards : directions_in(given, "views")) {
     const SplattedView from(model, towards, given);
     std::vector<float> half_axes = splat_half_axes(row, areas, sizes_of(given));
-    const OrientedSplats all = splats_of(row, half_axes, {&splat_colour, 1}, from.view);
+    const OrientedSplats all = splats_of(row, half_axes, {&splat_color, 1}, from.view);
     white.push_back(white_space(all, from.view, from.depth).share());
     if (given.flag("measured")) continue;
     const std::vector<std::uint32_t> seen = from.seen(row, half_axes);
@@ -116,7 +116,7 @@ LaboratoryResult splats(const LaboratoryArguments& given) {
                              directions = of_samples(all.directions, 3, seen),
                              axes = of_samples(half_axes, 2, seen);
     const RgbImage image =
-        draw_splats({centres, normals, directions, axes, all.colours}, from.view, {.backs = !closed}).image;
+        draw_splats({centres, normals, directions, axes, all.colors}, from.view, {.backs = !closed}).image;
     images.insert(images.end(), image.pixels.begin(), image.pixels.end());
   }
   LaboratoryResult result;
@@ -125,10 +125,10 @@ LaboratoryResult splats(const LaboratoryArguments& given) {
   return result;
 }
 
-// vertices and faces, or staged=; run, n, seed: the samples of a progressive set that each of the views (K,
-// 3) keeps: counts (K,), behind (K,) the share of them that faces away, stays (K - 1,) the share that the
-// next view keeps. kept: numbers of the samples of the first view; with a size, up (1, 3) and cover also its
-// image of their splats (size x size x 3).
+// Takes vertices and faces, or staged=; run, n, seed; views (K, 3). Returns, for the samples of a progressive
+// set that each view keeps, counts (K,); behind (K,), the share that faces away; stays (K - 1,), the share
+// that the next view keeps; and kept, the numbers of the samples of the first view. With size, up (1, 3) and
+// cover it also returns the image of the splats of the first view (size x size x 3).
 LaboratoryResult view_detail_of(const LaboratoryArguments& given) {
   const Model model = sampled_model(given);
   const ViewedModel viewed(model.row, {.both_sides = !is_closed(model.row)}, 0);
@@ -164,14 +164,14 @@ LaboratoryResult view_detail_of(const LaboratoryArguments& given) {
   return result;
 }
 
-// Share of the model's picture that no stroke of the body reaches, and the standard deviation over the mean
-// of how often a pixel is painted: strokes of full cover that leave a mark each.
+// The share of the model's picture that no stroke of the body reaches, and the standard deviation over the
+// mean of the number of strokes on a pixel: all strokes are opaque and leave a mark each.
 void add_coverage(const StrokePlan& plan, LaboratoryResult& result) {
   StrokeStyle style = plan.style;
   style.glaze = true;
   style.grain = style.granulation = style.edge = style.impasto = 0;
   style.paper = PaperKind::smooth;
-  style.paper_colour = {1, 1, 1};
+  style.paper_color = {1, 1, 1};
   const float mark = std::exp(-0.25f);
   std::vector<Stroke> body;
   for (Stroke stroke : plan.strokes) {
@@ -179,7 +179,7 @@ void add_coverage(const StrokePlan& plan, LaboratoryResult& result) {
         plan.style.layers[stroke.layer].purpose != LayerPurpose::body)
       continue;
     stroke.opacity = 1;
-    stroke.colour = {mark, mark, mark};
+    stroke.color = {mark, mark, mark};
     body.push_back(stroke);
   }
   const RgbImage image = paint_strokes(body, plan.brushes, style, plan.canvas, LatticeNoise(picture_key(1)));
@@ -199,9 +199,9 @@ void add_coverage(const StrokePlan& plan, LaboratoryResult& result) {
   result.add("spread", std::sqrt(std::max(0.0, squares / std::max(1.0, pixels) - mean * mean)) / mean);
 }
 
-// vertices and faces, or staged=; run (of anisotropic samples), n, seed; medium: those of `meander render
-// strokes`; tones: three in place of one; views (1, 3), up (1, 3), size. Returns image (size x size x 3), and
-// where there is `coverage` bare and spread of the strokes of the body, see above.
+// Takes vertices and faces, or staged=; run (of anisotropic samples), n, seed; medium, as in `meander render
+// strokes`; tones, for three tones instead of one; views (1, 3), up (1, 3), size. Returns image (size x size
+// x 3) and, with `coverage`, bare and spread of the strokes of the body (see above).
 LaboratoryResult strokes(const LaboratoryArguments& given) {
   const Model model = sampled_model(given);
   PaintedModel painted = painted_model(model.surface, model.row);
@@ -214,7 +214,7 @@ LaboratoryResult strokes(const LaboratoryArguments& given) {
   look.view = directions_in(given, "views").front();
   look.up = directions_in(given, "up").front();
   look.seed = given.whole("seed", 1);
-  // What faces away from the eye on a closed model is not seen: without a normal it has no stroke.
+  // A sample of a closed model that faces away is not visible: without a normal it has no stroke.
   if (is_closed(model.row))
     for (std::size_t i = 0; i < painted.normals.size(); i += 3)
       if (dot({painted.normals[i], painted.normals[i + 1], painted.normals[i + 2]}, look.view) <= 0)

@@ -29,7 +29,7 @@ std::vector<double> coordinates(std::span<const Vector3> points, std::size_t col
   return result;
 }
 
-// surface: a name (see surface.h), uv (n, 2) in the unit square: points (n, 3).
+// Takes surface, a name (see surface.h), and uv (n, 2) in the unit square. Returns points (n, 3).
 LaboratoryResult surface_points(const LaboratoryArguments& given) {
   const std::unique_ptr<ParametricSurface> surface = make_surface(given.text("surface"));
   if (!surface) throw std::invalid_argument("there is no surface `" + given.text("surface") + "`");
@@ -51,7 +51,7 @@ struct CurvedCharts {
     return curve_chains(mesh(), model.charts[chart], trees[chart], steps);
   }
 
-  // Leaves that lie over a chart and are joined to others: the rest of the square has no surface.
+  // The leaves that lie over a chart and are joined to others; the rest of the square has no surface.
   std::uint64_t leaves() const {
     std::uint64_t count = 0;
     for (std::size_t c = 0; c < trees.size(); ++c)
@@ -67,8 +67,8 @@ struct CurvedCharts {
     trees.assign(model.charts.size(), tree);
   }
 
-  // As samplers refine it, with as near to `wanted` leaves over the charts as comes: by bisection of the mass
-  // of a leaf.
+  // Refines the curve as samplers do, to nearly `wanted` leaves over the charts: by bisection of the mass of
+  // a leaf.
   void make_adaptive(const EmbreeDevice& device, std::uint64_t wanted, RandomKey key) {
     const std::vector<double>& masses = model.coarse.empty() ? model.measure.masses : model.coarse.masses;
     LocateParameters parameters;
@@ -89,12 +89,13 @@ struct CurvedCharts {
   }
 };
 
-// Of a staged model with charts: the uniform curve of `level` Hilbert levels over each, or the adaptive one
-// of about `leaves` leaves over all. steps: points of a link between leaves. points (P, 3) on the surface, in
-// units of the file; uv (P, 2) in the chart; along (P,) share of the leaves of its chart; chain, chart (P,):
-// points that follow each other in a chain are joined. leaves: those over charts. gaps (spots,): distances
-// from random places of the surface to the nearest point of the curve, units of the file. Of the largest
-// chart, of number `largest`: chart_uv (V, 2), chart_faces (T, 3), chart_border (B, 2) vertices.
+// Takes a staged model with charts, and level, for the uniform curve of `level` Hilbert levels over each
+// chart, or leaves, for the adaptive curve of about `leaves` leaves over all; steps, the points of a link
+// between leaves; and spots. Returns points (P, 3) on the surface, in units of the file; uv (P, 2) in the
+// chart; along (P,), the share of the leaves of the chart; chain and chart (P,): consecutive points of a
+// chain are joined; leaves, those over charts; gaps (spots,), the distances from random points of the surface
+// to the nearest point of the curve, in units of the file; and chart_uv (V, 2), chart_faces (T, 3) and
+// chart_border (B, 2), vertices, of the largest chart, whose number is `largest`.
 LaboratoryResult mesh_curve(const LaboratoryArguments& given) {
   const PreparedMesh& fine = given.staged().surface;
   const std::vector<FlatChart>& charts = given.staged().charts;
@@ -161,10 +162,10 @@ LaboratoryResult mesh_curve(const LaboratoryArguments& given) {
   return result;
 }
 
-// Of a staged model, sets of samples one after the other: points (N, 3) in units of the file, triangle (N,)
-// as `samples` returns them, counts (k,) samples of each set; boxes, rings: test shapes, the same for all
-// sets of a seed. boxes (k,): root mean square error of the share in random rotated boxes; rings (k,):
-// largest error over patches that grow ring by ring.
+// Takes a staged model; consecutive sets of samples, points (N, 3) in units of the file, triangle (N,) as
+// `samples` returns it, and counts (k,), the sizes of the sets; boxes and rings, numbers of test shapes,
+// which are the same for all sets of a seed. Returns boxes (k,), the root mean square error of the share in
+// random rotated boxes, and rings (k,), the maximum error over patches that grow ring by ring.
 LaboratoryResult set_errors(const LaboratoryArguments& given) {
   const PreparedMesh& surface = given.staged().surface;
   const std::span<const double> points = given.reals("points", 3);
@@ -195,7 +196,8 @@ LaboratoryResult set_errors(const LaboratoryArguments& given) {
   return result;
 }
 
-// vertices (V, 3), faces (T, 3), target: the same surface by quadric edge collapse with so many vertices.
+// Takes vertices (V, 3), faces (T, 3) and target. Returns the same surface with `target` vertices, by quadric
+// edge collapse.
 LaboratoryResult simplified(const LaboratoryArguments& given) {
   const PreparedMesh surface = prepare_mesh(given.mesh());
   SimplifiedMesh made = quadric_collapse(surface, given.whole("target"));
@@ -208,9 +210,10 @@ LaboratoryResult simplified(const LaboratoryArguments& given) {
   return result;
 }
 
-// vertices, faces and other_vertices, other_faces; samples on each (0: by area), seed: mean, rms and largest
-// distance from the first to the other, mean_back ... from the other to the first, and diagonal of the first,
-// in their units; crossings: pairs of triangles of the other that cross.
+// Takes vertices, faces, other_vertices, other_faces, samples on each (0: by area) and seed. Returns mean,
+// rms and largest distance from the first mesh to the other, mean_back, rms_back and largest_back from the
+// other to the first, the diagonal of the first, all in their units; and crossings, the pairs of triangles of
+// the other that cross.
 LaboratoryResult mesh_distances(const LaboratoryArguments& given) {
   const PolygonMesh first = given.mesh();
   const std::vector<double> x = given.column("other_vertices", 3, 0),

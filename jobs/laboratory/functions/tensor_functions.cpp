@@ -26,9 +26,9 @@ void add_point(std::vector<double>& to, const PreparedMesh& mesh, Vector3 workin
   to.insert(to.end(), {p.x, p.y, p.z});
 }
 
-// vertices (V, 3), faces (T, 3), run: options of `meander run`. The tensor field that they ask for, where it
-// has no direction: positions (S, 3) in units of the file, half_turns (S,): twice the index. mean_ratio of
-// the two spacings over the area, euler characteristic.
+// Takes vertices (V, 3), faces (T, 3) and run, options of `meander run`. Returns the singularities of their
+// tensor field: positions (S, 3) in units of the file, half_turns (S,), twice the index; mean_ratio of the
+// two spacings over the area; and the euler characteristic.
 LaboratoryResult field_singularities(const LaboratoryArguments& given) {
   const PolygonMesh file = given.mesh();
   const PreparedMesh surface = prepare_mesh(file);
@@ -49,7 +49,7 @@ LaboratoryResult field_singularities(const LaboratoryArguments& given) {
   return result;
 }
 
-// The field on the surface, on the triangles of the segments, whose corners are those of their sources.
+// The field on the triangles of the segments, whose corners are those of their source triangles.
 TensorField field_on_segments(const Model& model, const TensorParameters& parameters) {
   const TensorField field = make_tensor_field(model.file, model.surface, parameters);
   TensorField result;
@@ -65,14 +65,19 @@ const Model& staged_segments(const LaboratoryArguments& given) {
   return model;
 }
 
-// Of a model staged by the method anisotropic. The triangles T that are charted: corners (T, 9) in units of
-// the file, vertices (T, 3) numbers that all segments share, uv (T, 6) in the unit square (not a number
-// without a chart), face (T,) of the file, source (T,): the number that samples give as `triangle`, segment
-// (T,), edges (T, 3) from corner k to the next: 0 inner, 1 on a seam of the chart, 2 on the border of the
-// segment. Of the field that run asks for, which may be another one than the charts follow: ratio (T,) of the
-// spacings, angle (T,) between the longer one and the chart's u axis, radians. Of the S
-// segments: area (S,) in units of the file squared, anisotropic (S,): 1, or 0 where the chart is not made for
-// the tensor. The share of the area in charts within the limits: accepted_share.
+// Takes a model staged by the method anisotropic. Returns
+//   for each charted triangle: corners (T, 9) in units of the file; vertices (T, 3), numbers that all
+//   segments share;
+//     uv (T, 6) in the unit square (NaN without a chart); face (T,) of the file; source (T,), the number that
+//     samples give as `triangle`; segment (T,); edges (T, 3) from corner k to the next: 0 inner, 1 on a seam
+//     of the chart, 2 on the border of the segment;
+//   for the field of run, which may differ from the field of the charts: ratio (T,) of the spacings, and
+//   angle (T,)
+//     between the longer one and the u axis of the chart, in radians;
+//   for each segment: area (S,) in squared units of the file; anisotropic (S,): 1, or 0 if its chart does not
+//   follow
+//     the tensor;
+//   accepted_share, the share of the area in charts within the limits.
 LaboratoryResult segment_charts(const LaboratoryArguments& given) {
   const Model& model = staged_segments(given);
   const PreparedMesh& mesh = model.segments.mesh;
@@ -127,16 +132,17 @@ LaboratoryResult segment_charts(const LaboratoryArguments& given) {
   return result;
 }
 
-// Of a model staged by the method anisotropic, run, n and leaves_per_sample as of `samples`. The curve over
-// each chart, as fine as area asks for, clipped to it, in chains of points P: points (P, 3) in units of the
-// file, uv (P, 2), chain (P,), counted over all, segment (P,); leaves (S,) of the segments' curves.
+// Takes a model staged by the method anisotropic, and run, n and leaves_per_sample as in `samples`. Returns
+// the curve over each chart, refined by area and clipped to the chart, as chains of points: points (P, 3) in
+// units of the file, uv (P, 2), chain (P,), counted over all charts, and segment (P,); and leaves (S,) of the
+// curves of the segments.
 LaboratoryResult segment_curves(const LaboratoryArguments& given) {
   const Model& model = staged_segments(given);
   const PreparedMesh& mesh = model.segments.mesh;
   constexpr std::uint32_t steps = 12;  // of a link between two leaves
   LocateParameters parameters = parameters_of(given).locator;
   parameters.min_component_samples = 1;
-  // The sampler gives every chart three levels at least. Drawn, small charts would be black with them.
+  // The sampler gives every chart at least three levels, which would make small charts black in a drawing.
   std::map<int, std::vector<CurveTree>> by_levels;
   for (const int levels : {1, 2, parameters.curve.max_depth}) {
     LocateParameters own = parameters;
@@ -171,10 +177,10 @@ LaboratoryResult segment_curves(const LaboratoryArguments& given) {
   return result;
 }
 
-// Of a model staged by the method anisotropic, n and seed as of `samples`. The pieces E that the surface is
-// cut into, in the order of the curve: corners (E, 9) in units of the file, triangle (E,) of segment_charts,
-// position (E,): the mass before a piece and half of its own, in samples: its whole part is the number of
-// the stratum.
+// Takes a model staged by the method anisotropic, and n and seed as in `samples`. Returns the pieces of the
+// surface in the order of the curve: corners (E, 9) in units of the file; triangle (E,) of segment_charts;
+// position (E,), the mass before a piece and half of its own in units of samples, whose integer part is the
+// number of the stratum.
 LaboratoryResult segment_pieces(const LaboratoryArguments& given) {
   staged_segments(given);
   const Model model = sampled_model(given);
@@ -205,9 +211,9 @@ LaboratoryResult segment_pieces(const LaboratoryArguments& given) {
   return result;
 }
 
-// points (n, 2) in the unit square, ratio of the spacings, angle of the longer one in radians, shapes,
-// windows, seed: the largest errors over disks, boxes and triangles of the metric; points in a window, and
-// windows with points.
+// Takes points (n, 2) in the unit square, ratio of the spacings, angle of the longer one in radians, shapes,
+// windows and seed. Returns the maximum errors over disks, boxes and triangles of the metric; the points in a
+// window, and the windows with points.
 LaboratoryResult metric_discrepancy(const LaboratoryArguments& given) {
   AnisotropicDiscrepancyParameters parameters;
   parameters.shapes.shapes = static_cast<std::uint32_t>(given.whole("shapes"));
@@ -234,10 +240,10 @@ DifferenceMap empty_map(const LaboratoryArguments& given) {
   return make_difference_map(parameters);
 }
 
-// points, normals and directions of the longer spacing (n, 3), spacings (n, 2), counted (n,) uint8: samples
-// in whose frame pairs count, all where it is not given; units: spacings or area; range of the map to each
-// side, cells of a side. Map (cells, cells) of the differences between samples in the frame of the longer
-// spacing: pairs a cell; rows by the way across, ascending.
+// Takes points, normals and directions of the longer spacing (n, 3), spacings (n, 2), optional counted (n,)
+// uint8, the samples in whose frame pairs count (default: all), units (spacings or area), range of the map to
+// each side, and cells of a side. Returns map (cells, cells): pairs per cell by their difference in the frame
+// of the longer spacing; rows by the difference across, ascending.
 LaboratoryResult tensor_differences(const LaboratoryArguments& given) {
   DifferenceMap map = empty_map(given);
   TensorDifferenceParameters parameters;
@@ -254,10 +260,11 @@ LaboratoryResult tensor_differences(const LaboratoryArguments& given) {
   return result;
 }
 
-// map and reference (cells, cells): sums of tensor_differences over `sets` sets of samples, and over
-// `reference_sets` independent ones in the same field; range, cells. Differences (cells, cells) over those of
-// the reference, and the ellipse of the dip in their middle by adaptive moments: found 1 or 0, depth, ratio
-// of its axes, angle of the long one in radians, signal_to_noise; ellipse (64, 2) at half of its depth.
+// Takes map and reference (cells, cells), the sums of tensor_differences over `sets` sets of samples and over
+// `reference_sets` independent ones in the same field, range and cells. Returns differences (cells, cells)
+// over those of the reference, and the ellipse of the dip in their middle by adaptive moments: found (1 or
+// 0), depth, ratio of its axes, angle of the longer one in radians, signal_to_noise, and ellipse (64, 2) at
+// half of its depth.
 LaboratoryResult difference_dip(const LaboratoryArguments& given) {
   DifferenceMap map = empty_map(given), reference = map;
   const auto fill = [&](DifferenceMap& filled, const char* name, const char* sets) {
@@ -278,7 +285,7 @@ LaboratoryResult difference_dip(const LaboratoryArguments& given) {
   result.add("ratio", dip.ratio);
   result.add("angle", dip.angle);
   result.add("signal_to_noise", dip.signal_to_noise);
-  result.add("differences", normalised_differences(map, reference), map.side());
+  result.add("differences", normalized_differences(map, reference), map.side());
   std::vector<double> ellipse;
   if (dip.found)
     for (const auto& [x, y] : half_depth_ellipse(dip, 64)) ellipse.insert(ellipse.end(), {x, y});

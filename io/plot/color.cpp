@@ -1,4 +1,4 @@
-#include "io/plot/colour.h"
+#include "io/plot/color.h"
 
 #include <algorithm>
 #include <array>
@@ -18,7 +18,7 @@ double encoded(double linear) {
   return linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1 / 2.4) - 0.055;
 }
 
-// hue: radians. Colours outside sRGB are clamped.
+// hue: radians. Colors outside sRGB are clamped.
 Rgb from_oklab(double lightness, double chroma, double hue) {
   const double a = chroma * std::cos(hue), b = chroma * std::sin(hue);
   // OKLab to the cubes of cone responses to linear sRGB (matrices of Ottosson 2020).
@@ -38,7 +38,7 @@ Rgb lagoon(double t) {
 }
 
 // Hues in steps of the golden angle, which never come near an earlier one soon, in three lightnesses.
-Rgb further_colour(std::size_t index) {
+Rgb further_color(std::size_t index) {
   constexpr std::array<double, 3> lightness = {0.52, 0.70, 0.38};
   const double turn = static_cast<double>(index) * (3 - std::sqrt(5.0)) / 2;
   return from_oklab(lightness[index % lightness.size()], 0.11,
@@ -47,7 +47,7 @@ Rgb further_colour(std::size_t index) {
 
 }  // namespace
 
-Rgb palette_colour(std::size_t index) {
+Rgb palette_color(std::size_t index) {
   static constexpr std::array<Rgb, palette_size> palette{{{0x00, 0x72, 0xB2},
                                                           {0xD5, 0x5E, 0x00},
                                                           {0x00, 0x9E, 0x73},
@@ -58,9 +58,9 @@ Rgb palette_colour(std::size_t index) {
                                                           {0x33, 0x22, 0x88},
                                                           {0x88, 0x22, 0x55},
                                                           {0x8C, 0x51, 0x0A}}};
-  return index < palette.size() ? palette[index] : further_colour(index - palette.size());
+  return index < palette.size() ? palette[index] : further_color(index - palette.size());
 }
 
-Rgb map_colour(double t) { return lagoon(t > 0 ? std::min(t, 1.0) : 0.0); }  // NaN too becomes 0
+Rgb map_color(double t) { return lagoon(t > 0 ? std::min(t, 1.0) : 0.0); }  // NaN too becomes 0
 
 }  // namespace meander

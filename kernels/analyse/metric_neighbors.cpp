@@ -1,4 +1,4 @@
-#include "kernels/analyse/metric_neighbours.h"
+#include "kernels/analyse/metric_neighbors.h"
 
 #include <algorithm>
 #include <array>
@@ -15,12 +15,12 @@ namespace meander {
 namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
-constexpr std::size_t neighbour_block = 256;
+constexpr std::size_t neighbor_block = 256;
 
-// Infinite where the samples are not neighbours. Never below half the chord over s1 of either sample.
+// Infinite where the samples are not neighbors. Never below half the chord over s1 of either sample.
 double metric_length(const PreparedTangentSamples& samples, std::uint32_t i, std::uint32_t j) {
   const TangentFrame &a = samples.frames[i], &b = samples.frames[j];
-  if (dot(a.normal, b.normal) < neighbour_normal_cosine) return infinity;
+  if (dot(a.normal, b.normal) < neighbor_normal_cosine) return infinity;
   const auto v = geodesic_vector(samples.points[i], a, samples.points[j], b.normal);
   const auto w = geodesic_vector(samples.points[j], b, samples.points[i], a.normal);
   if (!v || !w) return infinity;
@@ -31,7 +31,7 @@ double metric_length(const PreparedTangentSamples& samples, std::uint32_t i, std
 // Calls visit(position in the tree) for all samples, in parallel.
 template <class Visit>
 void for_each_sample(const KdTree<3>& tree, const Visit& visit) {
-  parallel_blocks(tree.count(), neighbour_block, [&](std::size_t begin, std::size_t end) {
+  parallel_blocks(tree.count(), neighbor_block, [&](std::size_t begin, std::size_t end) {
     for (std::size_t p = begin; p < end; ++p) visit(p);
   });
 }
@@ -56,7 +56,7 @@ std::vector<double> metric_nearest_distances(const TangentSamples& samples) {
     tree.nearest(tree.point(position), i, nearest);
     if (nearest.index != KdTree<3>::none) best = metric_length(prepared, i, nearest.index);
     // A ball of twice the best length times s1 holds every sample that is nearer. Where the nearest one is no
-    // neighbour, balls grow until one holds a neighbour.
+    // neighbor, balls grow until one holds a neighbor.
     double radius = std::isfinite(best) ? 2 * best * prepared.s1[i] : prepared.s1[i];
     for (;;) {
       radius *= 1 + 1e-12;
@@ -71,9 +71,9 @@ std::vector<double> metric_nearest_distances(const TangentSamples& samples) {
   return result;
 }
 
-std::vector<double> metric_neighbour_counts(const TangentSamples& samples, double radius) {
+std::vector<double> metric_neighbor_counts(const TangentSamples& samples, double radius) {
   if (!(radius > 0) || !std::isfinite(radius))
-    throw std::invalid_argument("metric_neighbour_counts: the radius must be positive");
+    throw std::invalid_argument("metric_neighbor_counts: the radius must be positive");
   const PreparedTangentSamples prepared = prepare_tangent_samples(samples);
   const KdTree<3> tree(samples.points);
   std::vector<double> result(tree.count(), 0.0);

@@ -1,4 +1,4 @@
-#include "kernels/analyse/metric_neighbours.h"
+#include "kernels/analyse/metric_neighbors.h"
 
 #include <algorithm>
 #include <cmath>
@@ -82,7 +82,7 @@ TEST_CASE("metric neighbours: equal a comparison of all pairs") {
   }
   const std::size_t count = surface.s1.size();
   const std::vector<double> nearest = metric_nearest_distances(surface.view());
-  const std::vector<double> counts = metric_neighbour_counts(surface.view(), 1.2);
+  const std::vector<double> counts = metric_neighbor_counts(surface.view(), 1.2);
   for (std::size_t i = 0; i < count; ++i) {
     double best = std::numeric_limits<double>::infinity(), within = 0;
     for (std::size_t j = 0; j < count; ++j) {
@@ -105,7 +105,7 @@ TEST_CASE("metric neighbours: random samples of any ratio have the distances of 
     CHECK(mean(nearest) == Approx(0.5).margin(5 * 0.261 * std::sqrt(2.0 / n)));
     const double radius = 1.5;
     const double expected = pi * radius * radius;
-    CHECK(mean(metric_neighbour_counts(sphere.view(), radius)) ==
+    CHECK(mean(metric_neighbor_counts(sphere.view(), radius)) ==
           Approx(expected).epsilon(0.02).margin(5 * std::sqrt(2 * expected / n)));
   }
 }
@@ -117,7 +117,7 @@ TEST_CASE("metric neighbours: stratified samples keep their distance whatever th
     const TangentArrays square = stratified_square(2500, ratio, 3);
     // At the border samples lack neighbours, a little more so with long strata.
     CHECK(mean(metric_nearest_distances(square.view())) == Approx(isotropic).epsilon(0.05));
-    CHECK(mean(metric_neighbour_counts(square.view(), 1)) < 0.9 * pi);
+    CHECK(mean(metric_neighbor_counts(square.view(), 1)) < 0.9 * pi);
   }
 }
 
@@ -133,7 +133,7 @@ TEST_CASE("compare_band: the stated error of the ratio holds where band and rest
     CHECK(nearest.in_band + nearest.outside == 600);
     CHECK(nearest.in_band == Approx(150).margin(50));
     nearest_squares += std::pow((nearest.ratio - 1) / nearest.standard_error, 2) / repeats;
-    const BandComparison counts = compare_band(metric_neighbour_counts(sphere.view(), 1), band, 2 + pi);
+    const BandComparison counts = compare_band(metric_neighbor_counts(sphere.view(), 1), band, 2 + pi);
     count_squares += std::pow((counts.ratio - 1) / counts.standard_error, 2) / repeats;
   }
   // Mean of 40 squares of about unit variance: 1 +- 0.22; distances share less than is allowed for.
@@ -162,7 +162,7 @@ TEST_CASE("compare_band: a band that was sampled at random is detected") {
   CHECK(nearest.ratio < 0.92);
   CHECK(nearest.ratio + 4 * nearest.standard_error < 1);
   CHECK(nearest.band_mean == Approx(0.5).margin(0.04));
-  const BandComparison pairs = compare_band(metric_neighbour_counts(square.view(), 0.4), band);
+  const BandComparison pairs = compare_band(metric_neighbor_counts(square.view(), 0.4), band);
   CHECK(pairs.ratio - 4 * pairs.standard_error > 1);
 }
 
@@ -173,14 +173,14 @@ TEST_CASE("metric neighbours: small cases and what they refuse") {
   two.add({0.2, 0, 0}, {0, 0, 1}, {0, 1, 0}, 0.5, 0.1);
   // 0.2 / 0.5 from the one, 0.2 / 0.1 from the other.
   CHECK(metric_nearest_distances(two.view())[0] == Approx(1.2));
-  CHECK(metric_neighbour_counts(two.view(), 1.21) == std::vector<double>{1, 1});
-  CHECK(metric_neighbour_counts(two.view(), 1.19) == std::vector<double>{0, 0});
+  CHECK(metric_neighbor_counts(two.view(), 1.21) == std::vector<double>{1, 1});
+  CHECK(metric_neighbor_counts(two.view(), 1.19) == std::vector<double>{0, 0});
   two.points[3] = 0;  // repeated points
   CHECK(metric_nearest_distances(two.view())[1] == 0);
   two.normals[5] = -1;
   CHECK(metric_nearest_distances(two.view())[1] == std::numeric_limits<double>::infinity());
   CHECK(metric_nearest_distances(TangentArrays{}.view()).empty());
-  CHECK_THROWS_AS(metric_neighbour_counts(two.view(), 0), std::invalid_argument);
+  CHECK_THROWS_AS(metric_neighbor_counts(two.view(), 0), std::invalid_argument);
   two.s1.pop_back();
   CHECK_THROWS_AS(metric_nearest_distances(two.view()), std::invalid_argument);
 
