@@ -17,6 +17,7 @@
 #include "kernels/core/failure.h"
 #include "kernels/core/parallel.h"
 #include "kernels/core/thread_handoff.h"
+#include "kernels/sample/column_makers.h"
 #include "pipeline/admission.h"
 #include "pipeline/memory_estimate.h"
 
@@ -430,7 +431,8 @@ void read_item(GraphItem& item, const SampleParameters& parameters, const ReuseL
   if (!plan.known_format)
     throw ItemError(Status::unsupported_format,
                     "the extension `" + plan.path.extension().string() + "` is none of " + mesh_extensions());
-  const ModelBytes file = open_model(plan, item.reserved_bytes, parameters.colors);
+  const ModelBytes file =
+      open_model(plan, item.reserved_bytes, any_reads(parameters.columns, &ColumnReads::colors));
   // What its images take is in no estimate that was made before they were opened.
   const std::uint64_t color_bytes = file.color_bytes();
   if (plan.reserved_bytes + color_bytes > item.reserved_bytes && color_bytes > most_unreserved_color_bytes)
@@ -532,8 +534,7 @@ void run_item_alone(const PlanItem& plan, const GraphParameters& parameters, con
   constexpr std::size_t at_once = 65536;
   const PlaceParameters place = place_parameters(parameters.sample);
   for (std::size_t begin = 0; begin < item.model.sites.count(); begin += at_once)
-    samples_at(item.model, place, begin,
-               std::min(begin + at_once, item.model.sites.count()));
+    samples_at(item.model, place, begin, std::min(begin + at_once, item.model.sites.count()));
 }
 
 }  // namespace meander

@@ -248,7 +248,7 @@ std::vector<fs::path> pointnet_files(const fs::path& folder) {
 }
 
 void require_pointnet_rows(const StoreReader& store) {
-  store.require(SampleColumn::normals, "--pointnet");
+  store.require(&Samples::normals, "--pointnet");
   if (store.label_names().size() > most_classes)
     throw RunError(RunError::Kind::unusable,
                    fmt::format("PointNet files hold at most {} classes, the store has {}", most_classes,

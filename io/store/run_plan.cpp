@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cstring>
 #include <limits>
 #include <span>
@@ -23,9 +24,16 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::string_view plan_magic = "meander plan 6\n";  // raised with the format of journals
-// Plans of the shards of an array, which have no journals, are the same.
-constexpr std::string_view earlier_magic = "meander plan 5\n";
+// Raised with the format of journals, and with that of plans. Version 6 had the same journals. Shards of an
+// array have none: version 5 of theirs was as 6.
+constexpr std::string_view magic_begin = "meander plan ";
+constexpr char plan_version = '7', sentence_version = '6', shard_version = '5';
+constexpr std::size_t magic_bytes = magic_begin.size() + 2;  // with the version and a line feed
+
+constexpr std::array<std::string_view, 6> purpose_phrases = {"sample",           "replace the store",
+                                                             "update the store", "describe its rows",
+                                                             "merge stores",     "sample surfaces"};
+constexpr std::string_view retry_phrase = " with --retry ";
 
 class PlanWriter {
  public:
@@ -87,19 +95,25 @@ class PlanReader {
   const fs::path& path_;
 };
 
+std::vector<std::string> names_in(const ColumnSet& set) {
+  std::vector<std::string> names;
+  for (std::size_t c = 0; c < sample_columns.size(); ++c)
+    if (set[c]) names.emplace_back(sample_columns[c].name);
+  return names;
+}
+
 std::string plan_text(const RunPlan& run) {
   const StoreHeader& header = run.header;
   PlanWriter plan;
   plan.number(store_format_version);
   plan.number(header.method_version);
-  plan.text(run.purpose);
+  plan.number(static_cast<std::uint64_t>(run.purpose));
+  plan.text(run.retry);
   plan.text(run.root);
   const StoreColumns& columns = *header.columns;
   plan.number(static_cast<std::uint64_t>(columns.rows));
   plan.number(columns.tensors);
-  plan.number(columns.colors);
-  plan.number(columns.texcoord);
-  plan.number(columns.left_out);
+  for (const ColumnSet* const set : {&columns.asked, &columns.left_out}) plan.texts(names_in(*set));
   plan.number(columns.attributes.size());
   for (const AttributeColumn& column : columns.attributes) {
     plan.text(column.name);
@@ -135,14 +149,52 @@ struct StoredPlan {
   RunPlan run;
 };
 
-StoredColumns parse_columns(PlanReader& plan) {
+ColumnSet parse_set(PlanReader& plan) {
+  ColumnSet set;
+  for (const std::string& name : plan.texts()) {
+    const auto at = std::find_if(sample_columns.begin(), sample_columns.end(),
+                                 [&](const SampleColumn& column) { return column.name == name; });
+    if (at == sample_columns.end()) plan.damaged();
+    set[static_cast<std::size_t>(at - sample_columns.begin())] = true;
+  }
+  return set;
+}
+
+// As version 6 wrote the sets, by numbers.
+void parse_numbered_sets(PlanReader& plan, StoreColumns& columns) {
+  constexpr std::array<std::string_view, 8> words = {"normals", "face",       "corners", "barycentric",
+                                                     "uv",      "curve_rank", "density", "tensor"};
+  columns.asked[&Samples::rgb] = plan.number(1) != 0;
+  columns.asked[&Samples::texcoord] = plan.number(1) != 0;
+  const std::uint64_t left_out = plan.number((1u << words.size()) - 1);
+  for (std::size_t c = 0; c < sample_columns.size(); ++c)
+    for (std::size_t w = 0; w < words.size(); ++w)
+      if (sample_columns[c].word() == words[w]) columns.left_out[c] = (left_out >> w & 1) != 0;
+}
+
+// As version 6 wrote it, by a phrase.
+void parse_purpose_phrase(PlanReader& plan, RunPlan& run) {
+  std::string phrase = plan.text();
+  if (const std::size_t at = phrase.find(retry_phrase); at != std::string::npos) {
+    run.retry = phrase.substr(at + retry_phrase.size());
+    phrase.resize(at);
+  }
+  const auto at = std::find(purpose_phrases.begin(), purpose_phrases.end(), phrase);
+  if (at == purpose_phrases.end()) plan.damaged();
+  run.purpose = static_cast<RunPurpose>(at - purpose_phrases.begin());
+}
+
+StoredColumns parse_columns(PlanReader& plan, bool is_numbered) {
   StoreColumns columns;
   columns.rows = static_cast<RowKind>(plan.number(static_cast<std::uint64_t>(RowKind::surfaces)));
   columns.tensors = plan.number(1) != 0;
-  columns.colors = plan.number(1) != 0;
-  columns.texcoord = plan.number(1) != 0;
-  columns.left_out = static_cast<std::uint32_t>(plan.number((1u << sample_column_names.size()) - 1));
-  if (columns.rows == RowKind::surfaces && (columns.tensors || columns.colors)) plan.damaged();
+  if (is_numbered) {
+    parse_numbered_sets(plan, columns);
+  } else {
+    columns.asked = parse_set(plan);
+    columns.left_out = parse_set(plan);
+  }
+  if (columns.rows == RowKind::surfaces && (columns.tensors || columns.asked[&Samples::rgb])) plan.damaged();
   columns.attributes.resize(plan.number(most_chosen_columns));
   for (AttributeColumn& column : columns.attributes) {
     column.name = plan.text();
@@ -156,7 +208,7 @@ StoredColumns parse_columns(PlanReader& plan) {
   }
 }
 
-StoredPlan parse_plan(std::string_view text, const fs::path& path) {
+StoredPlan parse_plan(std::string_view text, bool is_earlier, const fs::path& path) {
   constexpr std::uint64_t most32 = std::numeric_limits<std::uint32_t>::max();
   PlanReader plan(text, path);
   StoredPlan stored;
@@ -164,9 +216,14 @@ StoredPlan parse_plan(std::string_view text, const fs::path& path) {
   stored.format_version = plan.number();
   if (stored.format_version != store_format_version) return stored;  // the rest may be laid out otherwise
   header.method_version = static_cast<std::uint32_t>(plan.number(most32));
-  stored.run.purpose = plan.text();
+  if (is_earlier) {
+    parse_purpose_phrase(plan, stored.run);
+  } else {
+    stored.run.purpose = static_cast<RunPurpose>(plan.number(purpose_phrases.size() - 1));
+    stored.run.retry = plan.text();
+  }
   stored.run.root = plan.text();
-  header.columns = parse_columns(plan);
+  header.columns = parse_columns(plan, is_earlier);
   header.samples = static_cast<std::uint32_t>(plan.number(most32));
   header.compression = static_cast<Compression>(plan.number(static_cast<std::uint64_t>(Compression::none)));
   header.seed = plan.number();
@@ -202,7 +259,7 @@ std::string run_json(const RunPlan& run, std::string_view plan) {
   json.member("tool_version", tool_version());
   json.member("format_version", store_format_version);
   json.member("method_version", header.method_version);
-  json.member("purpose", run.purpose);
+  json.member("purpose", purpose_text(run));
   json.member("rows", std::uint64_t{header.ids.size()});
   json.member("samples", header.samples);
   json.member("seed", header.seed);
@@ -253,8 +310,8 @@ std::string_view name_of(Compression compression) {
 
 std::string first_difference(const RunPlan& begun_plan, const RunPlan& now_plan) {
   const StoreHeader &begun = begun_plan.header, &now = now_plan.header;
-  if (begun_plan.purpose != now_plan.purpose)
-    return fmt::format("it was begun to {}, not to {}", begun_plan.purpose, now_plan.purpose);
+  if (begun_plan.purpose != now_plan.purpose || begun_plan.retry != now_plan.retry)
+    return fmt::format("it was begun to {}, not to {}", purpose_text(begun_plan), purpose_text(now_plan));
   if (begun_plan.root != now_plan.root)
     return fmt::format("the ids of lists were relative to {}, now they are to {}", begun_plan.root,
                        now_plan.root);
@@ -295,7 +352,7 @@ std::string first_difference(const RunPlan& begun_plan, const RunPlan& now_plan)
 bool plan_exists(const fs::path& run_folder) { return fs::exists(run_folder / "run.json"); }
 
 void write_plan(const fs::path& run_folder, const RunPlan& plan) {
-  std::string text(plan_magic);
+  std::string text = fmt::format("{}{}\n", magic_begin, plan_version);
   text += plan_text(plan);
   const std::uint32_t checksum = crc32c(std::span<const char>(text));
   text.append(reinterpret_cast<const char*>(&checksum), sizeof checksum);
@@ -316,27 +373,28 @@ namespace {
 
 namespace {
 
-RunPlan read_plan(const fs::path& run_folder, bool may_be_earlier) {
+RunPlan read_plan(const fs::path& run_folder, bool is_of_shard) {
   const fs::path path = run_folder / "plan.bin";
   const std::optional<std::string> text = content_if_exists(path);
   std::uint32_t checksum = 0;
   if (text && text->size() > sizeof checksum)
     std::memcpy(&checksum, text->data() + text->size() - sizeof checksum, sizeof checksum);
-  if (!text || text->size() < plan_magic.size() + sizeof checksum ||
+  if (!text || text->size() < magic_bytes + sizeof checksum ||
       checksum != crc32c(std::span<const char>(text->data(), text->size() - sizeof checksum)))
     throw RunError(RunError::Kind::unusable,
                    fmt::format("{} is damaged: start anew with --fresh", path.string()));
   std::string_view plan(*text);
   plan.remove_suffix(sizeof checksum);
-  static_assert(plan_magic.size() == earlier_magic.size());
-  if (!plan.starts_with(plan_magic) && !(may_be_earlier && plan.starts_with(earlier_magic)))
+  const char version =
+      plan.starts_with(magic_begin) && plan[magic_bytes - 1] == '\n' ? plan[magic_bytes - 2] : 0;
+  if (version != plan_version && version != sentence_version && !(is_of_shard && version == shard_version))
     throw RunError(
         RunError::Kind::unusable,
         fmt::format("{} was begun by another version of the program and cannot be continued: finish "
                     "it with that version, or start anew with --fresh",
                     run_folder.string()));
-  plan.remove_prefix(plan_magic.size());
-  StoredPlan stored = parse_plan(plan, path);
+  plan.remove_prefix(magic_bytes);
+  StoredPlan stored = parse_plan(plan, version != plan_version, path);
   if (stored.format_version != store_format_version)
     refuse(run_folder,
            fmt::format("the store format was {}, now it is {}", stored.format_version, store_format_version));
@@ -355,3 +413,12 @@ void require_same_plan(const fs::path& run_folder, const RunPlan& plan) {
 }
 
 }  // namespace meander::store
+
+namespace meander {
+
+std::string purpose_text(const RunPlan& plan) {
+  std::string text(store::purpose_phrases[static_cast<std::size_t>(plan.purpose)]);
+  return plan.retry.empty() ? text : text.append(store::retry_phrase) + plan.retry;
+}
+
+}  // namespace meander

@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "io/run_error.h"
-#include "kernels/data/samples.h"
+#include "io/store/store_columns.h"
 
 namespace meander {
 
@@ -37,76 +37,6 @@ struct DescriptorSchema {
   std::uint32_t width = 0;
   std::vector<std::pair<std::string, std::string>> attributes;
   std::string group = "descriptors";
-};
-
-// What the rows of a store are: models of files, whose points name their polygon, or parametric surfaces,
-// whose points name their parameters.
-enum class RowKind : std::uint8_t { meshes, surfaces };
-
-// The arrays of samples that a store may be without; of tensors both.
-enum class SampleColumn : std::uint8_t {
-  normals,
-  face,
-  corners,
-  barycentric,
-  uv,
-  curve_rank,
-  density,
-  tensor
-};
-inline constexpr std::array<std::string_view, 8> sample_column_names = {
-    "normals", "face", "corners", "barycentric", "uv", "curve_rank", "density", "tensor"};
-constexpr std::string_view name_of(SampleColumn column) {
-  return sample_column_names[static_cast<std::size_t>(column)];
-}
-
-// Attributes and texture coordinates in all: the bits of ItemReport::lacks.
-inline constexpr std::size_t most_chosen_columns = 32;
-
-// The columns that a store has.
-struct StoreColumns {
-  RowKind rows = RowKind::meshes;
-  bool tensors = false, colors = false;          // anisotropic samples; samples with colours
-  bool texcoord = false;                         // samples with texture coordinates
-  std::uint32_t left_out = 0;                    // bit c: without the SampleColumn c
-  std::vector<AttributeColumn> attributes = {};  // ascending by name
-
-  // Whether rows of this kind have such a column, and whether it is stored.
-  bool applies(SampleColumn column) const;
-  bool has(SampleColumn column) const;
-  void leave_out(SampleColumn column) { left_out |= std::uint32_t{1} << static_cast<unsigned>(column); }
-  // Whether anything but the columns of a plain run is asked for.
-  bool are_chosen() const { return texcoord || left_out != 0 || !attributes.empty(); }
-  std::size_t chosen_count() const { return attributes.size() + (texcoord ? 1 : 0); }
-  // Whether models have names for the classes of a column: one of numbered_attributes.
-  bool has_names() const;
-  // The column of a bit of ItemReport::lacks: its dataset without the leading `/`.
-  std::string chosen_name(std::size_t bit) const;
-  friend bool operator==(const StoreColumns&, const StoreColumns&) = default;
-};
-
-// What is wrong with the name of an attribute, completing "the attribute `NAME` ..."; empty: nothing. Names
-// are 1 to 200 bytes of UTF-8 without control characters, `/`, `,` and `:`, and more than dots.
-std::string attribute_name_problem(std::string_view name);
-
-namespace store {
-struct ColumnTable;  // io/store/schema.h
-}
-
-// Columns with the table of their datasets, which is made once and shared by all copies. Immutable.
-class StoredColumns {
- public:
-  StoredColumns() : StoredColumns(StoreColumns{}) {}
-  // Linear attributes become plain ones, as which they are stored. Throws ItemError(internal) for more than
-  // most_chosen_columns, a width that is not 1 to 4, and names that are no names, or do not ascend.
-  StoredColumns(StoreColumns columns);
-  const StoreColumns& operator*() const;
-  const StoreColumns* operator->() const;
-  const store::ColumnTable& table() const { return *table_; }
-  friend bool operator==(const StoredColumns& a, const StoredColumns& b) { return *a == *b; }
-
- private:
-  std::shared_ptr<const store::ColumnTable> table_;
 };
 
 // Everything that must be equal for a run to be continued, and that the root attributes of the store record.
@@ -171,12 +101,19 @@ EncodedRow encode_row(const StoreHeader& header, std::uint64_t row_number, Copie
 // The inverse of encode_row, for tests.
 Row decode_row(const StoreHeader& header, const EncodedRow& encoded);
 
+// What a run is begun for. The numbers are part of the format of plans.
+enum class RunPurpose : std::uint8_t { sample, replace, update, describe, merge, surfaces };
+
 // What the run of a STORE.run/ was begun with. Only the same plan is continued.
 struct RunPlan {
   StoreHeader header;
-  std::string purpose = "sample";  // completes "it was begun to ..."; shown in messages, compared as a whole
-  std::string root = {};           // what the ids of lists are relative to; remembered for the next process
+  RunPurpose purpose = RunPurpose::sample;
+  std::string root = {};   // what the ids of lists are relative to; remembered for the next process
+  std::string retry = {};  // of an update: the words of --retry, with commas between them
 };
+
+// The purpose of a plan, completing "it was begun to ...".
+std::string purpose_text(const RunPlan& plan);
 
 // The plan of STORE.run/; empty when there is no run that was completely set up. Throws RunError(unusable)
 // when the plan is damaged or of another version of the program.
@@ -269,7 +206,11 @@ class StoreReader {
   std::uint64_t rows() const;
   const StoreColumns& columns() const;
   // Throws RunError(unusable) when the store is without the column; `user` needs it ("the format page").
-  void require(SampleColumn column, std::string_view user) const;
+  void require(std::size_t column, std::string_view user) const;
+  template <class Value>
+  void require(std::vector<Value> Samples::*array, std::string_view user) const {
+    require(column_of(array), user);
+  }
   std::uint32_t samples() const;
   std::uint32_t format_version() const;
   std::uint32_t method_version() const;

@@ -158,7 +158,7 @@ void check_store_output(const fs::path& store, bool fresh, OutputGuard& guard) {
   check_run_folder(with_suffix(store, ".run"));
 }
 
-void refuse_finished_store(const fs::path& store, std::string_view purpose) {
+void refuse_finished_store(const fs::path& store, RunPurpose purpose) {
   if (!fs::exists(store)) return;
   const std::optional<RunPlan> begun = read_run_plan(store);
   if (!begun || begun->purpose != purpose)

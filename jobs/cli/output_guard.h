@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "io/file_kind.h"
+#include "io/store/store.h"
 #include "pipeline/sampling_graph.h"
 
 namespace meander {
@@ -76,7 +77,7 @@ void check_store_output(const std::filesystem::path& store, bool fresh, OutputGu
 // Throws UsageError where the store exists, for a job that makes new stores without --fresh. It passes where
 // a run for `purpose` (RunPlan::purpose) is beside it: its process died after it had named the store, and it
 // is finished again.
-void refuse_finished_store(const std::filesystem::path& store, std::string_view purpose);
+void refuse_finished_store(const std::filesystem::path& store, RunPurpose purpose);
 
 // check_store_output for everything that `meander run` writes: the store, STORE.run.json and
 // STORE.failed.txt. `inputs`: all files that the run reads, see input_files.

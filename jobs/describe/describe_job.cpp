@@ -56,7 +56,7 @@ class DescribeJob {
     describer_.timeout_seconds = options_.timeout_seconds;
     check_described_output(options_, meshes_.files_read());
     if (options_.fresh) discard_run(output_);
-    directory_ = std::make_unique<RunDirectory>(output_, RunPlan{header_, purpose_describe});
+    directory_ = std::make_unique<RunDirectory>(output_, RunPlan{header_, RunPurpose::describe});
     const oneapi::tbb::global_control threads(oneapi::tbb::global_control::max_allowed_parallelism,
                                               static_cast<std::size_t>(options_.threads));
     try_suspects();

@@ -33,9 +33,6 @@ struct DescribeOptions {
   StoreCheck check = StoreCheck::every_byte;
 };
 
-// What its run is begun for (RunPlan::purpose).
-inline constexpr const char* purpose_describe = "describe its rows";
-
 // Adds the subcommand; its options are written to `options` when the command line is parsed.
 void add_describe_command(Command& program, DescribeOptions& options);
 

@@ -166,7 +166,7 @@ void refuse_folders_of_meshes(const std::vector<fs::path>& outputs) {
 int export_points(const StoreReader& store, const std::vector<std::uint64_t>& rows,
                   const ExportOptions& options, OutputGuard& guard) {
   const std::vector<std::string> arrays = chosen_arrays(store, options.arrays);
-  if (options.format == "xyz") store.require(SampleColumn::normals, "--format xyz");
+  if (options.format == "xyz") store.require(&Samples::normals, "--format xyz");
   const auto write_row = [&](const PutBytes& put, std::uint64_t row) {
     const Row content = store.read_row(row);
     if (options.format == "npz")

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "io/digest.h"
+#include "io/item_json.h"
 #include "io/json/json_tree.h"
 #include "io/json_writer.h"
 #include "io/store/schema.h"
@@ -79,26 +80,11 @@ int show_item(const StoreReader& store, const InfoOptions& options) {
     json.member("id", store.id(row));
     json.member("status", name_of(r.status));
     json.member("reason", r.reason);
-    json.member("method", name_of(r.method));
-    json.member("order_reason", name_of(r.order_reason));
     json.member("label", label);
     json.member("label_name", label_name);
     json.member("split", name_of(store.split(row)));
-    json.member("vertices", r.vertices);
-    json.member("faces", r.faces);
-    json.member("components", r.components);
-    json.member("genus", r.genus);
-    json.member("boundaries", r.boundaries);
-    json.member("area", r.area);
-    json.member("measure", r.measure);
-    json.key("bbox");
-    json.begin_array();
-    for (const double b : r.bbox) json.value(b);
-    json.end_array();
-    json.member("flips", r.flips);
-    json.member("overlap", r.overlap);
-    json.member("area_scale_range", r.area_scale_range);
-    json.member("distortion", r.distortion);
+    for (const ItemColumn& column : item_columns)
+      if (column.is_in_info() && store.columns().has(column)) write_item(json, column, r);
     if (store.columns().chosen_count() > 0) write_texts(json, "lacks", lacking_columns(store.columns(), r));
     if (store.columns().has_names()) {
       json.key("names");
@@ -106,23 +92,6 @@ int show_item(const StoreReader& store, const InfoOptions& options) {
       for (const auto& [attribute, names] : class_names(store, row))
         write_texts(json, attribute.c_str(), names);
       json.end_object();
-    }
-    json.member("file_bytes", r.file_bytes);
-    json.member("content_sha256", hex_text(r.content_sha256));
-    json.key("repairs");
-    json.begin_object();
-    for (std::size_t i = 0; i < repair_count; ++i)
-      if (r.repairs.counts[i] > 0) json.member(repair_names[i], r.repairs.counts[i]);
-    json.end_object();
-    json.key("notes");
-    json.begin_object();
-    for (std::size_t n = 0; n < note_count; ++n)
-      if (r.notes[n] > 0) json.member(note_names[n], r.notes[n]);
-    json.end_object();
-    json.member("note_text", r.note_text);
-    if (store.columns().colors) {
-      json.member("color_source", name_of(r.color_source));
-      json.member("color_fills", r.color_fills);
     }
     json.end_object();
     fmt::print("{}\n", json.text());
@@ -158,7 +127,7 @@ int show_item(const StoreReader& store, const InfoOptions& options) {
     if (r.notes[n] > 0)
       fmt::print("  note              {} {}: {}\n", note_names[n], r.notes[n],
                  clause_of(r.note_text, static_cast<Note>(n)));
-  if (store.columns().colors)
+  if (store.columns().has(&Samples::rgb))
     fmt::print("  colors            {}, {} of {} samples have the fill {}\n", name_of(r.color_source),
                r.color_fills, store.samples(), color_fill);
   if (r.lacks != 0)

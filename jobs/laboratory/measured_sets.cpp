@@ -35,7 +35,7 @@ void set_density(std::vector<double> density, MeasuredSet& set) {
 
 MeasuredSet set_of_row(const StoreReader& store, const std::string& path, std::uint64_t number) {
   // Measured as uniform, a set of another density would pass for a bad one.
-  store.require(SampleColumn::density, "`measure`");
+  store.require(&Samples::density, "`measure`");
   const Row row = store.read_row(number);
   MeasuredSet set;
   set.item = store.id(number);

@@ -98,9 +98,9 @@ int render_sheet(const RenderOptions& options) {
   if (options.inputs.empty() && (!options.collect.root.empty() || options.collect.null_lists))
     throw UsageError("--root and --null apply to lists of the INPUT: name it as well");
   const StoreReader store(options.store, options.check);
-  store.require(SampleColumn::normals, "`render`");
-  store.require(SampleColumn::density, "`render`");
-  if (look.colour == SampleColour::rank) store.require(SampleColumn::curve_rank, "`render --colour rank`");
+  store.require(&Samples::normals, "`render`");
+  store.require(&Samples::density, "`render`");
+  if (look.colour == SampleColour::rank) store.require(&Samples::curve_rank, "`render --colour rank`");
   OutputGuard guard;
   guard.protect(options.store, "the store itself");
   if (std::filesystem::path(options.output).extension() != ".png")

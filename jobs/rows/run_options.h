@@ -33,8 +33,8 @@ struct RunOptions {
   std::vector<std::string> inputs;
   std::string store;
   SampleParameters sample;
-  bool certify = false;        // measure the samples of every model; needs the laboratory
-  std::uint32_t left_out = 0;  // sample columns that are not stored, see StoreColumns
+  bool certify = false;     // measure the samples of every model; needs the laboratory
+  ColumnSet left_out = {};  // sample columns that are not stored
   Compression compression = Compression::standard;
   InputOptions collect;  // how the inputs are read
   int threads = 0;       // 0: as many as the machine (or its cgroup) gives

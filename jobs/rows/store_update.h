@@ -35,12 +35,8 @@ struct PlannedStore {
   std::vector<std::optional<std::uint64_t>> kept;  // the row of an older store that is taken as it is
 };
 
-// What a run is begun for (RunPlan::purpose).
-inline constexpr const char* purpose_sample = "sample";
-inline constexpr const char* purpose_replace = "replace the store";
-std::string purpose_of_update(const RetryOptions& retry);
-// The inverse of purpose_of_update; empty for other purposes.
-std::optional<RetryOptions> retry_of(std::string_view purpose);
+// What the plan of an update does again; empty for plans of other purposes.
+std::optional<RetryOptions> retry_of(const RunPlan& plan);
 
 // The plan that brings a store up to date: `header` is that of a new store of today's inputs. Rows whose
 // input vanished stay, but for retry.vanished.

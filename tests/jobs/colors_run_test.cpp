@@ -59,7 +59,7 @@ TEST_CASE("run --colors: every sample has the colour of its place, and what is m
   CHECK_THAT(result.out, ContainsSubstring("colors: none") && ContainsSubstring("colors: material") &&
                              ContainsSubstring("colors: face") && ContainsSubstring("colors: vertex"));
   CHECK_THAT(result.out, ContainsSubstring("color fills"));
-  CHECK(StoreReader(scratch / "s.h5").columns() == StoreColumns{.colors = true});
+  CHECK(StoreReader(scratch / "s.h5").columns() == StoreColumns{.asked = ColumnSet(&Samples::rgb)});
 
   const Row cube = row_of(scratch / "s.h5", "cube.obj");
   CHECK(cube.report.color_source == ColorSource::material);

@@ -235,7 +235,7 @@ TEST_CASE("describe: rows that failed before a kill are still listed at the end"
   fs::remove(c.path("in/ring.off"));
   const std::vector<std::string> more = {c.in, "--descriptors", "d2,basics"};
   const auto begun = [&](const StoreHeader& header, std::uint64_t row, Row content) {
-    RunDirectory run(c.path("s.h5"), RunPlan{header, "describe its rows"});
+    RunDirectory run(c.path("s.h5"), RunPlan{header, RunPurpose::describe});
     run.begin_item(row);
     run.end_item(encode_row(header, row, content));
     run.sync();
