@@ -4,6 +4,7 @@
 #include <cmath>
 #include <vector>
 
+#include "io/store/journal_store.h"
 #include "kernels/core/portable_functions.h"
 #include "kernels/density/density_pieces.h"
 #include "kernels/density/formula_density.h"

@@ -1,3 +1,5 @@
+#include "io/store/pointnet_export.h"
+
 // Files that the loaders of PointNet, PointNet++ and DGCNN read as they are: ply_data_train<k>.h5 with data,
 // normal and label, the list of them (the same for test and val), the names of the classes, and which id
 // stands in which row.
@@ -11,7 +13,6 @@
 #include "io/file/atomic_file.h"
 #include "io/json_writer.h"
 #include "io/store/hdf5_handles.h"
-#include "io/store/store.h"
 #include "io/store/store_file.h"
 #include "kernels/sample/point_frames.h"
 

@@ -1,3 +1,5 @@
+#include "io/store/store_reader.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -436,9 +438,8 @@ StoreReader::StoreReader(const std::filesystem::path& store, StoreCheck check, c
 StoreReader::~StoreReader() = default;
 
 std::uint64_t StoreReader::rows() const { return state_->end - state_->begin; }
-std::uint32_t StoreReader::samples() const { return state_->facts().samples; }
+const StoreHeader& StoreReader::stated() const { return state_->facts(); }
 std::uint32_t StoreReader::format_version() const { return state_->facts().format_version; }
-const StoreColumns& StoreReader::columns() const { return *state_->facts().columns; }
 
 void StoreReader::require(std::size_t column, std::string_view user) const {
   if (columns().has(column)) return;
@@ -454,27 +455,8 @@ void StoreReader::require(std::size_t column, std::string_view user) const {
                                                        state_->named.path.string(), word, user, why));
 }
 
-std::uint32_t StoreReader::method_version() const { return state_->facts().method_version; }
-std::string StoreReader::tool_version() const { return state_->facts().tool_version; }
-std::uint64_t StoreReader::seed() const { return state_->facts().seed; }
-const std::string& StoreReader::order() const { return state_->facts().order; }
-Compression StoreReader::compression() const { return state_->facts().compression; }
-const std::string& StoreReader::parameters_json() const { return state_->facts().parameters_json; }
-const std::vector<std::string>& StoreReader::label_names() const { return state_->facts().label_names; }
-const std::vector<DescriptorSchema>& StoreReader::descriptors() const { return state_->facts().descriptors; }
-
 StoreHeader StoreReader::header() const {
-  StoreHeader header;
-  header.columns = state_->facts().columns;
-  header.samples = samples();
-  header.compression = compression();
-  header.seed = seed();
-  header.order = order();
-  header.parameters_json = parameters_json();
-  header.label_names = label_names();
-  header.descriptors = descriptors();
-  header.method_version = method_version();
-  header.tool_version = tool_version();
+  StoreHeader header = stated();
   for (std::uint64_t row = 0; row < rows(); ++row) {
     header.ids.push_back(id(row));
     header.labels.push_back(label(row));

@@ -1,3 +1,5 @@
+#include "io/store/store_verify.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -12,6 +14,7 @@
 #include "io/store/item_block.h"
 #include "io/store/row_ranges.h"
 #include "io/store/store_file.h"
+#include "io/store/store_reader.h"
 #include "kernels/core/parallel.h"
 
 namespace meander {

@@ -13,7 +13,7 @@
 #include <system_error>
 
 #include "io/file/file_error.h"
-#include "io/store/store.h"
+#include "io/store/run_plan.h"
 #include "jobs/cli/usage_error.h"
 
 namespace meander {

@@ -16,7 +16,7 @@
 #include <vector>
 
 #include "io/file_kind.h"
-#include "io/store/store.h"
+#include "io/store/run_plan.h"
 #include "pipeline/sampling_graph.h"
 
 namespace meander {

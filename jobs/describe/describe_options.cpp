@@ -9,7 +9,8 @@
 #include <system_error>
 
 #include "io/parameters_text.h"
-#include "io/store/store.h"
+#include "io/store/run_plan.h"
+#include "io/store/store_reader.h"
 #include "jobs/cli/command_line.h"
 #include "jobs/cli/output_guard.h"
 #include "jobs/cli/settings.h"

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "io/store/store.h"
+#include "io/store/store_reader.h"
 #include "jobs/cli/jobs.h"
 #include "jobs/cli/settings.h"
 #include "jobs/inputs/input_options.h"

@@ -13,7 +13,7 @@
 #include "io/json_writer.h"
 #include "io/mesh/mesh_reader.h"
 #include "io/mesh/point_writer.h"
-#include "io/store/store.h"
+#include "io/store/pointnet_export.h"
 #include "jobs/cli/command_line.h"
 #include "jobs/cli/exit_status.h"
 #include "jobs/cli/jobs.h"

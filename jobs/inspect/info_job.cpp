@@ -13,7 +13,7 @@
 #include "io/json/json_tree.h"
 #include "io/json_writer.h"
 #include "io/store/schema.h"
-#include "io/store/store.h"
+#include "io/store/store_reader.h"
 #include "jobs/cli/command_line.h"
 #include "jobs/cli/exit_status.h"
 #include "jobs/cli/jobs.h"
@@ -84,7 +84,8 @@ int show_item(const StoreReader& store, const InfoOptions& options) {
     json.member("label_name", label_name);
     json.member("split", name_of(store.split(row)));
     for (const ItemColumn& column : item_columns)
-      if (column.is_in_info() && store.columns().has(column)) write_item(json, column, r);
+      if (column.is_in_info() && store.columns().has(column))
+        write_item(json, column, r, [&](double number) { json.value(number); });
     if (store.columns().chosen_count() > 0) write_texts(json, "lacks", lacking_columns(store.columns(), r));
     if (store.columns().has_names()) {
       json.key("names");

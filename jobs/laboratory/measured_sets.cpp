@@ -10,7 +10,7 @@
 #include "io/archive/model_bytes.h"
 #include "io/mesh/mesh_reader.h"
 #include "io/mesh/point_reader.h"
-#include "io/store/store.h"
+#include "io/store/store_reader.h"
 #include "jobs/cli/usage_error.h"
 #include "jobs/inputs/inputs.h"
 #include "jobs/inputs/store_items.h"

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "io/store/store.h"
+#include "io/store/store_columns.h"
 #include "jobs/cli/command_line.h"
 
 namespace meander {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "io/store/store.h"
+#include "io/store/store_reader.h"
 #include "jobs/cli/settings.h"
 #include "jobs/cli/usage_error.h"
 #include "jobs/inputs/inputs.h"

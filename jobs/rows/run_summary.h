@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "io/store/store.h"
+#include "io/store/store_reader.h"
 #include "jobs/inputs/inputs.h"
 #include "jobs/inputs/run_report.h"
 #include "jobs/rows/run_options.h"

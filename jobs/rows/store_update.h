@@ -9,7 +9,8 @@
 #include <string_view>
 #include <vector>
 
-#include "io/store/store.h"
+#include "io/store/run_directory.h"
+#include "io/store/store_reader.h"
 #include "jobs/rows/run_options.h"
 
 namespace meander {

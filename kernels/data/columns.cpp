@@ -7,51 +7,54 @@ namespace meander {
 namespace {
 
 template <class Value>
-constexpr ElementType element_of() {
-  if constexpr (std::same_as<Value, float>) return ElementType::f32;
-  if constexpr (std::same_as<Value, double>) return ElementType::f64;
-  if constexpr (std::same_as<Value, std::uint8_t>) return ElementType::u8;
-  if constexpr (std::same_as<Value, std::uint32_t>) return ElementType::u32;
-  if constexpr (std::same_as<Value, std::uint64_t>) return ElementType::u64;
-}
+constexpr ElementType element_of = std::same_as<Value, float>           ? ElementType::f32
+                                   : std::same_as<Value, double>        ? ElementType::f64
+                                   : std::same_as<Value, std::uint8_t>  ? ElementType::u8
+                                   : std::same_as<Value, std::uint32_t> ? ElementType::u32
+                                                                        : ElementType::u64;
 
-template <class Value>
-ColumnType type_of_member(Value ItemReport::*) {
-  return {element_of<Value>()};
-}
-template <class Value, std::size_t Count>
-ColumnType type_of_member(std::array<Value, Count> ItemReport::*) {
-  return {element_of<Value>(), Count};
-}
-ColumnType type_of_member(std::array<std::uint32_t, note_count> ItemReport::*) {
-  return {ElementType::u32, note_count, {}, note_names};
-}
-ColumnType type_of_member(RepairCounts ItemReport::*) {
-  return {ElementType::u32, repair_count, {}, repair_names};
-}
-ColumnType type_of_member(std::string ItemReport::*) { return {ElementType::text, note_text_width}; }
-ColumnType type_of_member(Status ItemReport::*) { return {ElementType::word, 0, status_names}; }
-ColumnType type_of_member(Method ItemReport::*) { return {ElementType::word, 0, method_names}; }
-ColumnType type_of_member(OrderReason ItemReport::*) { return {ElementType::word, 0, order_reason_names}; }
-ColumnType type_of_member(ColorSource ItemReport::*) { return {ElementType::word, 0, color_source_names}; }
-ColumnType type_of_member(ItemKey key) {
-  if (key == ItemKey::label) return {ElementType::i32, 1};
-  if (key == ItemKey::split) return {ElementType::word, 0, split_names};
-  return {ElementType::text};
-}
+struct TypeOf {
+  template <class Value>
+  ColumnType operator()(Value ItemReport::*) const {
+    return {element_of<Value>};
+  }
+  template <class Value, std::size_t Count>
+  ColumnType operator()(std::array<Value, Count> ItemReport::*) const {
+    return {element_of<Value>, Count};
+  }
+  ColumnType operator()(std::array<std::uint32_t, note_count> ItemReport::*) const {
+    return {ElementType::u32, note_count, {}, note_names};
+  }
+  ColumnType operator()(RepairCounts ItemReport::*) const {
+    return {ElementType::u32, repair_count, {}, repair_names};
+  }
+  ColumnType operator()(std::string ItemReport::*) const { return {ElementType::text, note_text_width}; }
+  ColumnType operator()(Status ItemReport::*) const { return {ElementType::word, 0, status_names}; }
+  ColumnType operator()(Method ItemReport::*) const { return {ElementType::word, 0, method_names}; }
+  ColumnType operator()(OrderReason ItemReport::*) const {
+    return {ElementType::word, 0, order_reason_names};
+  }
+  ColumnType operator()(ColorSource ItemReport::*) const {
+    return {ElementType::word, 0, color_source_names};
+  }
+  ColumnType operator()(ItemKey key) const {
+    if (key == ItemKey::label) return {ElementType::i32, 1};
+    return key == ItemKey::split ? ColumnType{ElementType::word, 0, split_names}
+                                 : ColumnType{ElementType::text};
+  }
+  template <class Value>
+  ColumnType operator()(std::vector<Value> Samples::*) const {
+    return {element_of<Value>};
+  }
+};
 
 }  // namespace
 
 ColumnType type_of(const SampleColumn& column) {
-  return std::visit(
-      [&]<class Value>(std::vector<Value> Samples::*) {
-        return ColumnType{element_of<Value>(), column.width};
-      },
-      column.array);
+  ColumnType type = std::visit(TypeOf(), column.array);
+  return type.width = column.width, type;
 }
 
-ColumnType type_of(const ItemColumn& column) {
-  return std::visit([](auto member) { return type_of_member(member); }, column.member);
-}
+ColumnType type_of(const ItemColumn& column) { return std::visit(TypeOf(), column.member); }
 
 }  // namespace meander

@@ -56,30 +56,12 @@ struct SampleColumn {
   std::string_view unit, doc;
   Having having = Having::all;
   Values values = Values::any;
-  std::string_view link = {};   // a second name of the dataset
-  std::string_view alias = {};  // in Python and in exported arrays, where that is another
   std::string_view ply = {};    // the properties of PLY files, by blanks; empty: not in such files
+  std::string_view alias = {};  // in Python and in exported arrays, where that is another name
+  std::string_view link = {};   // a second name of the dataset
   // Of columns that are asked for: the option without `--`, which is also the parameter that stores record,
   // its help, and what models lack that have no values, in words.
   std::string_view option = {}, help = {}, title = {};
-
-  constexpr SampleColumn linked(std::string_view second) const {
-    SampleColumn made = *this;
-    return made.link = second, made;
-  }
-  constexpr SampleColumn called(std::string_view name_of_array) const {
-    SampleColumn made = *this;
-    return made.alias = name_of_array, made;
-  }
-  constexpr SampleColumn in_ply(std::string_view properties) const {
-    SampleColumn made = *this;
-    return made.ply = properties, made;
-  }
-  constexpr SampleColumn asked_by(std::string_view word, std::string_view help_text,
-                                  std::string_view in_words = {}) const {
-    SampleColumn made = *this;
-    return made.option = word, made.help = help_text, made.title = in_words, made;
-  }
 
   constexpr bool is_asked_for() const { return !option.empty(); }
   // Of what models bring along Python takes its own arrays.
@@ -101,39 +83,32 @@ inline constexpr auto sample_columns = [] {
   using S = Samples;
   using H = Having;
   using V = Values;
-  using C = SampleColumn;
-  return std::to_array<C>({
-      C{"points", &S::points, 3, "length / scale", "the points; file coordinates = loc + scale * point",
-        H::all, V::at_box}
-          .linked("data"),
-      C{"normals", &S::normals, 3, "1", "unit normals at the points", H::all, V::unit_vectors}
-          .linked("normal")
-          .in_ply("nx ny nz"),
-      C{"uv", &S::uv, 2, "1", "parameters of the point in [0, 1]", H::surfaces, V::parameters}.in_ply("u v"),
-      C{"face", &S::face, 0, "1", "number of the polygon in file order", H::meshes, V::faces}
-          .called("face_index")
-          .in_ply("face"),
-      C{"corners", &S::corners, 3, "1", "vertex numbers of the file around the point", H::meshes,
-        V::vertices},
-      C{"barycentric", &S::barycentric, 2, "1", "weights of corners 1 and 2; corner 0 has the rest",
-        H::meshes, V::weights},
-      C{"curve_rank", &S::curve_rank, 0, "1", "position along the curve, 0 .. N - 1", H::all, V::ranks},
-      C{"density", &S::density, 0, "1", "value of the density at the point", H::all, V::not_negative}.in_ply(
-          "density"),
-      C{"tensor/direction", &S::tensor_direction, 3, "1",
-        "anisotropic samples only: unit vector along the long spacing, of any sign", H::tensors,
-        V::unit_vectors},
-      C{"tensor/spacing", &S::tensor_spacing, 2, "length / scale",
-        "anisotropic samples only: wanted spacings along and across the direction", H::tensors, V::positive},
-      C{"rgb", &S::rgb, 3, "1 / 255", "with --colors only: red, green and blue as displayed (sRGB)", H::taken}
-          .in_ply("red green blue")
-          .asked_by("colors",
-                    "Take over the colours of the models (/rgb): of vertices, faces, materials or textures"),
-      C{"texcoord", &S::texcoord, 2, "1",
-        "with --texcoord only: texture coordinates as the file has them, NaN where there are none", H::taken,
-        V::optional}
-          .asked_by("texcoord", "Take over the texture coordinates of the models (/texcoord)",
-                    "texture coordinates"),
+  return std::to_array<SampleColumn>({
+      {"points", &S::points, 3, "length / scale", "the points; file coordinates = loc + scale * point",
+       H::all, V::at_box, "", "", "data"},
+      {"normals", &S::normals, 3, "1", "unit normals at the points", H::all, V::unit_vectors, "nx ny nz", "",
+       "normal"},
+      {"uv", &S::uv, 2, "1", "parameters of the point in [0, 1]", H::surfaces, V::parameters, "u v"},
+      {"face", &S::face, 0, "1", "number of the polygon in file order", H::meshes, V::faces, "face",
+       "face_index"},
+      {"corners", &S::corners, 3, "1", "vertex numbers of the file around the point", H::meshes, V::vertices},
+      {"barycentric", &S::barycentric, 2, "1", "weights of corners 1 and 2; corner 0 has the rest", H::meshes,
+       V::weights},
+      {"curve_rank", &S::curve_rank, 0, "1", "position along the curve, 0 .. N - 1", H::all, V::ranks},
+      {"density", &S::density, 0, "1", "value of the density at the point", H::all, V::not_negative,
+       "density"},
+      {"tensor/direction", &S::tensor_direction, 3, "1",
+       "anisotropic samples only: unit vector along the long spacing, of any sign", H::tensors,
+       V::unit_vectors},
+      {"tensor/spacing", &S::tensor_spacing, 2, "length / scale",
+       "anisotropic samples only: wanted spacings along and across the direction", H::tensors, V::positive},
+      {"rgb", &S::rgb, 3, "1 / 255", "with --colors only: red, green and blue as displayed (sRGB)", H::taken,
+       V::any, "red green blue", "", "", "colors",
+       "Take over the colours of the models (/rgb): of vertices, faces, materials or textures"},
+      {"texcoord", &S::texcoord, 2, "1",
+       "with --texcoord only: texture coordinates as the file has them, NaN where there are none", H::taken,
+       V::optional, "", "", "", "texcoord", "Take over the texture coordinates of the models (/texcoord)",
+       "texture coordinates"},
   });
 }();
 

@@ -50,9 +50,8 @@ MadeColumn make_colors(const ColumnSource& source, Row& row);       // sample_co
 MadeColumn make_coordinates(const ColumnSource& source, Row& row);  // sample_attributes.h
 
 inline constexpr auto column_makers = std::to_array<ColumnMaker>({
-    // Values and the attributes or parts they are made of, of a vertex, and of a polygon and its three
-    // corners,
-    // of textured ones with three coordinates of their own; the materials of OBJ.
+    // The materials of OBJ; values and the attributes or parts they are made of, of a vertex, and of a
+    // polygon and its three corners, of textured ones with three coordinates of their own.
     {column_of(&Samples::rgb),
      "color_samples",
      make_colors,

@@ -7,7 +7,8 @@
 #include "io/file_kind.h"
 #include "io/json_writer.h"
 #include "io/plot/png_writer.h"
-#include "io/store/store.h"
+#include "io/run_error.h"
+#include "io/store/run_directory.h"
 #include "io/table/csv_writer.h"
 #include "support/catch.h"
 #include "support/mesh_files.h"
@@ -41,7 +42,8 @@ TEST_CASE("file kind: what this program writes is known again") {
   CHECK(kind_of_file(scratch / "s.h5") == FileKind::store);
   write_png(scratch / "p.png", RgbImage(2, 2));
   CHECK(kind_of_file(scratch / "p.png") == FileKind::png);
-  CHECK(kind_of("<?xml version=\"1.0\"?>\n<!DOCTYPE svg PUBLIC \"-//W3C//DTD SVG 1.1//EN\">\n<svg width=\"1pt\"></svg>") == FileKind::svg);
+  CHECK(kind_of("<?xml version=\"1.0\"?>\n<!DOCTYPE svg PUBLIC \"-//W3C//DTD SVG 1.1//EN\">\n<svg "
+                "width=\"1pt\"></svg>") == FileKind::svg);
   const Table table{{{"name"}, {"value"}}, {{"a, \"quoted\"\nname", 1.5}, {"b", TableCell()}}};
   CHECK(kind_of(csv_text(table)) == FileKind::csv);
   CHECK(kind_of(csv_text(Table{{{"name"}, {"value"}}, {}})) == FileKind::csv);

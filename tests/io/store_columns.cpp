@@ -2,6 +2,7 @@
 #include <cmath>
 #include <limits>
 
+#include "io/store/pointnet_export.h"
 #include "io/store/run_array.h"
 #include "io/store/run_plan.h"
 #include "io/store/schema.h"

@@ -12,7 +12,10 @@
 #include <string>
 #include <vector>
 
-#include "io/store/store.h"
+#include "io/run_error.h"
+#include "io/store/run_directory.h"
+#include "io/store/store_reader.h"
+#include "io/store/store_verify.h"
 #include "support/scratch_files.h"
 
 namespace meander::test {

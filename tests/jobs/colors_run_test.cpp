@@ -1,7 +1,7 @@
 // `run --colors` as a user sees it: /rgb of every source, its counts, and all that is done with stores.
 #include <filesystem>
 
-#include "io/store/store.h"
+#include "io/store/store_reader.h"
 #include "support/archive_files.h"
 #include "support/catch.h"
 #include "support/meander_program.h"

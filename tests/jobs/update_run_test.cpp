@@ -7,7 +7,9 @@
 #include <filesystem>
 #include <thread>
 
-#include "io/store/store.h"
+#include "io/store/run_directory.h"
+#include "io/store/store_reader.h"
+#include "io/store/store_verify.h"
 #include "support/catch.h"
 #include "support/collection.h"
 #include "support/fault_program.h"
