@@ -11,7 +11,7 @@
 #include <cstdio>
 #include <string>
 
-#include "io/store/store.h"
+#include "io/store/run_directory.h"
 #include "kernels/core/parallel.h"
 #include "kernels/core/random.h"
 

@@ -6,7 +6,7 @@
 
 #include "bench/bench_shapes.h"
 #include "io/store/file_checksum.h"
-#include "io/store/store.h"
+#include "io/store/row_codec.h"
 
 namespace meander::bench {
 

@@ -10,7 +10,7 @@ set(included_headers
   core/vector3.h core/words.h core/work_budget.h
   curve/curve_key.h curve/curve_tree.h
   cut/cut_to_disk.h
-  data/samples.h
+  data/columns.h data/samples.h
   density/density.h
   describe/depth_views.h describe/describe_samples.h describe/distance_histogram.h describe/oriented_pairs.h describe/shape_dna.h
   describe/shape_moments.h

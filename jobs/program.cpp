@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "io/digest.h"
-#include "io/store/store.h"
 #include "jobs/cli/command_line.h"
 #include "jobs/cli/exit_status.h"
 #include "jobs/cli/jobs.h"

@@ -1,6 +1,8 @@
 #include "pipeline/memory_estimate.h"
 
+#include "io/store/journal_store.h"
 #include "kernels/model/model.h"
+#include "kernels/sample/column_makers.h"
 
 namespace meander {
 
@@ -9,15 +11,9 @@ namespace {
 constexpr double fixed_bytes = 1.0 * 1024 * 1024;  // arrays of a tiny model, one scene
 constexpr double bytes_per_file_vertex = 40;       // three doubles, weld table
 constexpr double bytes_per_file_triangle = 24;     // corners, offsets
-constexpr double bytes_per_colored_vertex = 64;    // values, and the attributes or parts they are made of
-// The same, of a polygon and its three corners; of textured ones with three coordinates of their own.
-constexpr double bytes_per_colored_triangle = 180;
-constexpr double bytes_per_colored_sample = 6;            // red, green, blue, while the vector grows
-constexpr double most_library_bytes = 2.0 * 1024 * 1024;  // materials of OBJ
 // Texture coordinates for their own sake: of every corner one of its own, while parts are joined; of every
-// vertex while an accessor is read; of a sample, also encoded.
-constexpr double bytes_per_coordinate_triangle = 120, bytes_per_coordinate_vertex = 40,
-                 bytes_per_coordinate_sample = 24;
+// vertex while an accessor is read.
+constexpr double bytes_per_coordinate_triangle = 120, bytes_per_coordinate_vertex = 40;
 // Of each number of an attribute that only a column asks for.
 constexpr double bytes_per_asked_vertex = 32, bytes_per_attribute_sample = 12;
 
@@ -34,12 +30,12 @@ std::uint64_t estimate_bytes(const MeshEstimate& mesh, const SampleParameters& p
   const auto samples = static_cast<double>(parameters.samples);
   double file = static_cast<double>(mesh.file_bytes + mesh.packed_bytes + mesh.decoding_bytes) +
                 vertices * bytes_per_file_vertex + triangles * bytes_per_file_triangle;
-  if (parameters.colors)
-    file += most_library_bytes + vertices * bytes_per_colored_vertex +
-            triangles * bytes_per_colored_triangle + samples * bytes_per_colored_sample;
+  for (const ColumnMaker& maker : column_makers)
+    if (parameters.columns[maker.column])
+      file += maker.bytes.fixed + vertices * maker.bytes.per_vertex + triangles * maker.bytes.per_triangle +
+              samples * maker.bytes.per_sample;
   if (reads_coordinates(parameters))
     file += vertices * bytes_per_coordinate_vertex + triangles * bytes_per_coordinate_triangle;
-  if (parameters.texcoord) file += samples * bytes_per_coordinate_sample;
   for (const AttributeColumn& column : parameters.attributes)
     file += column.width * (vertices * bytes_per_asked_vertex + samples * bytes_per_attribute_sample);
   file += density_bytes(parameters.density, triangles);

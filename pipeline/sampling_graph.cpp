@@ -17,6 +17,7 @@
 #include "kernels/core/failure.h"
 #include "kernels/core/parallel.h"
 #include "kernels/core/thread_handoff.h"
+#include "kernels/sample/column_makers.h"
 #include "pipeline/admission.h"
 #include "pipeline/memory_estimate.h"
 
@@ -449,8 +450,9 @@ void read_item(GraphItem& item, const SampleParameters& parameters, const ReuseL
   if (!plan.known_format)
     throw ItemError(Status::unsupported_format,
                     "the extension `" + plan.path.extension().string() + "` is none of " + mesh_extensions());
-  const ModelBytes file = open_model(plan, item.reserved_bytes, parameters.colors);
-  // The estimate was made before the images were opened, and does not include them.
+  const ModelBytes file =
+      open_model(plan, item.reserved_bytes, any_reads(parameters.columns, &ColumnReads::colors));
+  // What its images take is in no estimate that was made before they were opened.
   const std::uint64_t color_bytes = file.color_bytes();
   if (plan.reserved_bytes + color_bytes > item.reserved_bytes && color_bytes > max_unreserved_color_bytes)
     throw NeedsMoreMemory(plan.reserved_bytes + color_bytes);

@@ -24,7 +24,7 @@
 
 #include "io/archive/model_bytes.h"
 #include "io/mesh/mesh_reader.h"
-#include "io/store/store.h"
+#include "io/store/row_codec.h"
 #include "kernels/model/model.h"
 
 namespace meander {

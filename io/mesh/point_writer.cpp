@@ -1,9 +1,16 @@
 #include "io/mesh/point_writer.h"
 
+#include <algorithm>
 #include <array>
+#include <bit>
+#include <span>
 #include <string>
+#include <string_view>
+#include <type_traits>
+#include <vector>
 
 #include "io/mesh/append_numbers.h"
+#include "kernels/data/columns.h"
 #include "kernels/sample/point_frames.h"
 
 namespace meander {
@@ -22,6 +29,25 @@ std::string frame_text(const ItemReport& report, PointFrame frame) {
   return text;
 }
 
+template <class Number>
+constexpr const char* ply_type = std::is_same_v<Number, float>          ? "float"
+                                 : std::is_same_v<Number, std::uint8_t> ? "uchar"
+                                                                        : "uint";
+
+// The properties of the samples behind their coordinates, as far as they have such.
+std::string ply_properties(const Samples& samples) {
+  std::string text;
+  for (const SampleColumn& column : sample_columns)
+    with_array(column, samples, [&]<class Number>(const std::vector<Number>& values) {
+      for (std::string_view names = column.ply; !values.empty() && !names.empty();) {
+        const std::string_view name = names.substr(0, names.find(' '));
+        text.append("property ").append(ply_type<Number>).append(" ").append(name) += '\n';
+        names.remove_prefix(std::min(names.size(), name.size() + 1));
+      }
+    });
+  return text;
+}
+
 std::string header(PointFormat format, const Samples& samples, const ItemReport& report, PointFrame frame) {
   const std::string n = std::to_string(samples.count());
   const std::string real = frame == PointFrame::file ? "property double " : "property float ";
@@ -31,32 +57,37 @@ std::string header(PointFormat format, const Samples& samples, const ItemReport&
     case PointFormat::ply:
       return "ply\nformat binary_little_endian 1.0\ncomment " + frame_text(report, frame) +
              "\nelement vertex " + n + "\n" + real + "x\n" + real + "y\n" + real + "z\n" +
-             (samples.normals.empty() ? "" : "property float nx\nproperty float ny\nproperty float nz\n") +
-             (samples.face.empty() ? "" : "property uint face\n") +
-             (samples.uv.empty() ? "" : "property float u\nproperty float v\n") +
-             (samples.density.empty() ? "" : "property float density\n") +
-             (samples.rgb.empty() ? "" : "property uchar red\nproperty uchar green\nproperty uchar blue\n") +
-             "end_header\n";
+             ply_properties(samples) + "end_header\n";
     case PointFormat::xyz:
       break;
   }
   return {};
 }
 
+// The values of a property, or of some, as they stand in memory and in files: one sample after the other.
+struct PlyValues {
+  static_assert(std::endian::native == std::endian::little);
+  const char* first;
+  std::size_t bytes_each;
+};
+std::vector<PlyValues> ply_values(const Samples& samples) {
+  std::vector<PlyValues> all;
+  for (const SampleColumn& column : sample_columns)
+    with_array(column, samples, [&](const auto& values) {
+      if (!column.ply.empty() && !values.empty())
+        all.push_back(
+            {reinterpret_cast<const char*>(values.data()), column.values_each() * sizeof values.front()});
+    });
+  return all;
+}
+
 template <class Real>
 void append_row(std::string& data, PointFormat format, const std::array<Real, 3>& point,
-                const Samples& samples, std::size_t i) {
+                const Samples& samples, std::span<const PlyValues> behind, std::size_t i) {
   if (format == PointFormat::ply) {
-    const auto append = [&](const auto& values, std::size_t width) {
-      for (std::size_t k = width * i; k < width * (i + 1) && !values.empty(); ++k)
-        append_little_endian(data, values[k]);
-    };
     for (const Real value : point) append_little_endian(data, value);
-    append(samples.normals, 3);
-    append(samples.face, 1);
-    append(samples.uv, 2);
-    append(samples.density, 1);
-    append(samples.rgb, 3);
+    for (const PlyValues& values : behind)
+      data.append(values.first + i * values.bytes_each, values.bytes_each);
     return;
   }
   const bool normals = format == PointFormat::xyz;
@@ -66,13 +97,13 @@ void append_row(std::string& data, PointFormat format, const std::array<Real, 3>
 }
 
 void append_row(std::string& data, PointFormat format, const Samples& samples, const ItemReport& report,
-                PointFrame frame, std::size_t i) {
+                PointFrame frame, std::span<const PlyValues> behind, std::size_t i) {
   if (frame == PointFrame::file) {
     const Vector3 at = file_point(report, samples.points, i);
-    append_row(data, format, std::array{at.x, at.y, at.z}, samples, i);
+    append_row(data, format, std::array{at.x, at.y, at.z}, samples, behind, i);
   } else {
     const float* const at = &samples.points[3 * i];
-    append_row(data, format, std::array{at[0], at[1], at[2]}, samples, i);
+    append_row(data, format, std::array{at[0], at[1], at[2]}, samples, behind, i);
   }
 }
 
@@ -82,8 +113,9 @@ void write_points(const std::function<void(std::string_view)>& put, PointFormat 
                   const Samples& samples, const ItemReport& report, PointFrame frame) {
   constexpr std::size_t buffer_bytes = std::size_t{1} << 20;
   std::string data = header(format, samples, report, frame);
+  const std::vector<PlyValues> behind = ply_values(samples);
   for (std::size_t i = 0; i < samples.count(); ++i) {
-    append_row(data, format, samples, report, frame, i);
+    append_row(data, format, samples, report, frame, behind, i);
     if (data.size() < buffer_bytes) continue;
     put(data);
     data.clear();

@@ -13,7 +13,6 @@
 #include <vector>
 
 #include "io/store/crc32c.h"
-#include "io/store/store.h"
 
 namespace meander::store {
 

@@ -7,7 +7,6 @@
 
 #include "io/store/journal.h"
 #include "io/store/schema.h"
-#include "io/store/store.h"
 
 namespace meander::store {
 
@@ -27,3 +26,10 @@ void write_store_of_journals(const std::filesystem::path& path, const StoreHeade
                              std::span<const std::uint8_t> statuses, std::span<const RecordPlace> places);
 
 }  // namespace meander::store
+
+namespace meander {
+
+// Bytes that writing such a store from the journals of its run takes at most.
+std::uint64_t store_writing_bytes(const StoreHeader& header);
+
+}  // namespace meander

@@ -1,3 +1,5 @@
+#include "io/store/pointnet_export.h"
+
 // Files that the loaders of PointNet, PointNet++ and DGCNN read as they are: ply_data_train<k>.h5 with data,
 // normal and label, the list of them (the same for test and val), the names of the classes, and which id
 // stands in which row.
@@ -11,7 +13,6 @@
 #include "io/file/atomic_file.h"
 #include "io/json_writer.h"
 #include "io/store/hdf5_handles.h"
-#include "io/store/store.h"
 #include "io/store/store_file.h"
 #include "kernels/sample/point_frames.h"
 
@@ -248,7 +249,7 @@ std::vector<fs::path> pointnet_files(const fs::path& folder) {
 }
 
 void require_pointnet_rows(const StoreReader& store) {
-  store.require(SampleColumn::normals, "--pointnet");
+  store.require(&Samples::normals, "--pointnet");
   if (store.label_names().size() > most_classes)
     throw RunError(RunError::Kind::unusable,
                    fmt::format("PointNet files hold at most {} classes, the store has {}", most_classes,

@@ -12,6 +12,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
@@ -19,7 +20,48 @@
 #include <vector>
 
 #include "io/store/schema.h"
-#include "io/store/store.h"
+
+namespace meander {
+
+// Makes the samples [begin, end) of a row: arrays of end - begin entries. Called by several threads at a
+// time.
+using SampleBlocks = std::function<Samples(std::uint64_t begin, std::uint64_t end)>;
+
+// A row ready to be written: filtered chunks where a chunk holds one row, raw arrays otherwise. Opaque bytes;
+// or, of a set that need not fit into memory, what its chunks are made of while the row is written.
+struct EncodedRow {
+  std::uint64_t row = 0;
+  std::vector<std::byte> bytes;
+  SampleBlocks blocks = {};               // in place of `bytes`, with
+  std::optional<ItemReport> report = {};  // the rest of the row,
+  std::string names = {};                 // and its names
+};
+
+// Encodes one row (compression included). Pure and thread-safe: workers call it. The row's sample arrays must
+// hold header.samples entries when the status is ok and nothing otherwise. Fills report.points_crc32c of the
+// stored row.
+EncodedRow encode_row(const StoreHeader& header, std::uint64_t row_number, const Row& row);
+// The same; each sample array is freed once its last chunk is encoded.
+EncodedRow encode_row(const StoreHeader& header, std::uint64_t row_number, Row&& row);
+// A row whose samples are made and encoded while it is written. Of stores whose chunks hold one row, without
+// descriptors; throws ItemError(internal) for others.
+EncodedRow encode_row_in_blocks(const StoreHeader& header, std::uint64_t row_number, const ItemReport& report,
+                                SampleBlocks blocks, std::string names = {});
+// Rows of more samples than this are copied in blocks; the few blocks of others would be encoded by few
+// threads.
+inline constexpr std::uint32_t most_copied_samples = 1 << 18;
+
+// A row that is read to be written again: its samples, or blocks of them where it has many. What it was read
+// from must outlive it.
+struct CopiedRow {
+  Row row;
+  SampleBlocks blocks = {};
+};
+EncodedRow encode_row(const StoreHeader& header, std::uint64_t row_number, CopiedRow copied);
+// The inverse of encode_row, for tests.
+Row decode_row(const StoreHeader& header, const EncodedRow& encoded);
+
+}  // namespace meander
 
 namespace meander::store {
 

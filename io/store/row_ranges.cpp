@@ -150,16 +150,25 @@ void check_sample_ranges(const DatasetSpec& spec, std::span<const float> values,
     if (!std::isfinite(value))
       return complain(fmt::format("has a value in {} that is not finite", spec.path));
   constexpr double largest = std::numeric_limits<double>::max();
-  if (spec.path == "/points") return check_at_box(values, report, complain);
-  if (spec.path == "/barycentric") return check_weights(values, spec, complain);
-  if (spec.path == "/uv") return check_each(values, 0, 1, spec, "within [0, 1]", complain);
-  if (spec.path == "/density") return check_each(values, 0, largest, spec, "0 or more", complain);
-  if (spec.path == "/tensor/spacing")
-    return check_each(values, std::numeric_limits<float>::denorm_min(), largest, spec, "positive", complain);
-  // A parametric surface has no normal where its parametrisation degenerates.
-  if (spec.path == "/normals" && rows == RowKind::surfaces) return;
-  if (spec.path == "/normals" || spec.path == "/tensor/direction")
-    return check_unit_vectors(values, spec, complain);
+  switch (spec.column == nullptr ? Values::any : spec.column->values) {
+    case Values::at_box:
+      return check_at_box(values, report, complain);
+    case Values::weights:
+      return check_weights(values, spec, complain);
+    case Values::parameters:
+      return check_each(values, 0, 1, spec, "within [0, 1]", complain);
+    case Values::not_negative:
+      return check_each(values, 0, largest, spec, "0 or more", complain);
+    case Values::positive:
+      return check_each(values, std::numeric_limits<float>::denorm_min(), largest, spec, "positive",
+                        complain);
+    case Values::unit_vectors:
+      // A parametric surface has no normal where its parametrisation degenerates.
+      if (rows != RowKind::surfaces) check_unit_vectors(values, spec, complain);
+      return;
+    default:
+      return;
+  }
 }
 
 }  // namespace meander::store

@@ -122,7 +122,8 @@ RunPlan plan_of_shard(const RunPlan& plan, const ArrayShard& shard) {
                 all.label_names, all.descriptors, rows(all.ids), rows(all.labels), rows(all.splits),
                 all.method_version, all.tool_version},
                plan.purpose,
-               plan.root};
+               plan.root,
+               plan.retry};
   return part;
 }
 

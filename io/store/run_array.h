@@ -14,7 +14,7 @@
 #include <string>
 #include <vector>
 
-#include "io/store/store.h"
+#include "io/store/run_plan.h"
 
 namespace meander {
 

@@ -1,3 +1,5 @@
+#include "io/store/run_directory.h"
+
 #include <fmt/format.h>
 #include <oneapi/tbb/global_control.h>
 #include <oneapi/tbb/task_arena.h>
@@ -10,7 +12,6 @@
 #include "io/store/journal_store.h"
 #include "io/store/run_array.h"
 #include "io/store/run_folder.h"
-#include "io/store/run_plan.h"
 #include "io/store/store_file.h"
 #include "kernels/core/parallel.h"
 
@@ -159,12 +160,6 @@ struct RunDirectory::State {
     if (missing[journal] == 0 && done < layout.rows) journals.sync(journal);
   }
 };
-
-std::optional<RunPlan> read_run_plan(const fs::path& store) {
-  const fs::path folder = with_suffix(store, ".run");
-  if (!plan_exists(folder)) return std::nullopt;
-  return read_plan(folder);
-}
 
 RunDirectory::RunDirectory(const fs::path& store, const RunPlan& plan) {
   check_header(plan.header);

@@ -3,9 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <concepts>
 #include <cstring>
 #include <limits>
 #include <span>
+#include <type_traits>
 #include <utility>
 
 #include "io/digest.h"
@@ -14,6 +17,7 @@
 #include "io/json_writer.h"
 #include "io/parameters_text.h"
 #include "io/store/crc32c.h"
+#include "io/store/run_folder.h"
 #include "io/store/schema.h"
 #include "io/store/store_file.h"
 
@@ -23,20 +27,55 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::string_view plan_magic = "meander plan 6\n";  // raised with the format of journals
-// Plans of the shards of an array, which have no journals, are the same.
-constexpr std::string_view earlier_magic = "meander plan 5\n";
+// Raised with the format of journals, and with that of plans. Version 6 had the same journals. Shards of an
+// array have none: version 5 of theirs was as 6.
+constexpr std::string_view magic_begin = "meander plan ";
+constexpr char plan_version = '7', sentence_version = '6', shard_version = '5';
+constexpr std::size_t magic_bytes = magic_begin.size() + 2;  // with the version and a line feed
+
+constexpr std::array<std::string_view, 6> purpose_phrases = {"sample",           "replace the store",
+                                                             "update the store", "describe its rows",
+                                                             "merge stores",     "sample surfaces"};
+constexpr std::string_view retry_phrase = " with --retry ";
+
+std::uint64_t last_number(RowKind) { return static_cast<std::uint64_t>(RowKind::surfaces); }
+std::uint64_t last_number(RunPurpose) { return purpose_phrases.size() - 1; }
+std::uint64_t last_number(AttributeKind) { return static_cast<std::uint64_t>(AttributeKind::classes); }
+std::uint64_t last_number(Compression) { return static_cast<std::uint64_t>(Compression::none); }
+std::uint64_t last_number(Split) { return split_names.size() - 1; }
 
 class PlanWriter {
  public:
-  void number(std::uint64_t value) { text_.append(reinterpret_cast<const char*>(&value), sizeof value); }
+  template <std::integral Number>
+  void number(const Number& value) {
+    const std::uint64_t wide = static_cast<std::make_unsigned_t<Number>>(value);
+    text_.append(reinterpret_cast<const char*>(&wide), sizeof wide);
+  }
+  template <class Choice>
+  void choice(const Choice& value) {
+    number(static_cast<std::uint64_t>(value));
+  }
+  void truth(const bool& value) { number(std::uint64_t{value}); }
   void text(std::string_view value) {
     number(value.size());
     text_ += value;
   }
-  void texts(const std::vector<std::string>& values) {
+  // Each of which takes `least_bytes` or more.
+  template <class Values, class One>
+  void list(const Values& values, std::size_t, const One& one) {
     number(values.size());
-    for (const std::string& value : values) text(value);
+    for (const auto& value : values) one(value);
+  }
+  void purpose(const RunPlan& run) {
+    choice(run.purpose);
+    text(run.retry);
+  }
+  void sets(const StoreColumns& columns) {
+    for (const ColumnSet* const set : {&columns.asked, &columns.left_out}) {
+      number(set->count([](const SampleColumn&) { return true; }));
+      for (std::size_t c = 0; c < sample_columns.size(); ++c)
+        if ((*set)[c]) text(sample_columns[c].name);
+    }
   }
   std::string take() { return std::move(text_); }
 
@@ -44,152 +83,159 @@ class PlanWriter {
   std::string text_;
 };
 
-// Reads what PlanWriter wrote. The checksum has been checked, but it says nothing of who wrote it: every
-// number is checked before it is used.
+// Reads what PlanWriter wrote, or version 6. The checksum has been checked, but it says nothing of who wrote
+// it: every number is checked before it is used.
 class PlanReader {
  public:
-  PlanReader(std::string_view text, const fs::path& path) : text_(text), path_(path) {}
-  std::uint64_t number() {
-    std::uint64_t value;
-    std::memcpy(&value, take(sizeof value).data(), sizeof value);
-    return value;
+  PlanReader(std::string_view text, bool is_earlier, const fs::path& path)
+      : text_(text), is_earlier_(is_earlier), path_(path) {}
+  template <std::integral Number>
+  void number(Number& value) {
+    value = static_cast<Number>(read(std::numeric_limits<std::make_unsigned_t<Number>>::max()));
   }
-  // At most `most`.
-  std::uint64_t number(std::uint64_t most) {
-    const std::uint64_t value = number();
-    if (value > most) damaged();
-    return value;
+  template <class Choice>
+  void choice(Choice& value) {
+    value = static_cast<Choice>(read(last_number(value)));
   }
-  // Of elements that have at least so many bytes each.
-  std::size_t count(std::size_t bytes_each) { return number(text_.size() / bytes_each); }
+  void truth(bool& value) { value = read(1) != 0; }
+  void text(std::string& value) { value = take(read()); }
+  template <class Values, class One>
+  void list(Values& values, std::size_t least_bytes, const One& one) {
+    values.resize(read(text_.size() / least_bytes));
+    for (auto& value : values) one(value);
+  }
+  void purpose(RunPlan& run) {
+    if (is_earlier_) return earlier_purpose(run);
+    choice(run.purpose);
+    text(run.retry);
+  }
+  void sets(StoreColumns& columns) {
+    if (is_earlier_) return earlier_sets(columns);
+    for (ColumnSet* const set : {&columns.asked, &columns.left_out})
+      for (std::uint64_t left = read(sample_columns.size()); left > 0; --left) {
+        const std::string_view name = take(read());
+        std::size_t c = 0;
+        while (c < sample_columns.size() && sample_columns[c].name != name) ++c;
+        if (c == sample_columns.size()) damaged();
+        (*set)[c] = true;
+      }
+  }
   void end() const {
     if (!text_.empty()) damaged();
   }
-  std::string text() { return std::string(take(number())); }
   [[noreturn]] void damaged() const {
     throw RunError(RunError::Kind::unusable,
                    fmt::format("{} is damaged: start anew with --fresh", path_.string()));
   }
-  std::vector<std::string> texts() {
-    std::vector<std::string> values;
-    for (std::uint64_t left = number(); left > 0; --left) values.push_back(text());
-    return values;
-  }
 
  private:
+  std::uint64_t read(std::uint64_t most = std::numeric_limits<std::uint64_t>::max()) {
+    std::uint64_t value;
+    std::memcpy(&value, take(sizeof value).data(), sizeof value);
+    if (value > most) damaged();
+    return value;
+  }
   std::string_view take(std::uint64_t count) {
     if (count > text_.size()) damaged();
     const std::string_view taken = text_.substr(0, count);
     text_.remove_prefix(count);
     return taken;
   }
+  // A phrase.
+  void earlier_purpose(RunPlan& run) {
+    std::string_view phrase = take(read());
+    if (const std::size_t at = phrase.find(retry_phrase); at != phrase.npos) {
+      run.retry = phrase.substr(at + retry_phrase.size());
+      phrase = phrase.substr(0, at);
+    }
+    const auto at = std::find(purpose_phrases.begin(), purpose_phrases.end(), phrase);
+    if (at == purpose_phrases.end()) damaged();
+    run.purpose = static_cast<RunPurpose>(at - purpose_phrases.begin());
+  }
+  // Numbers.
+  void earlier_sets(StoreColumns& columns) {
+    constexpr std::array<std::string_view, 8> words = {"normals", "face",       "corners", "barycentric",
+                                                       "uv",      "curve_rank", "density", "tensor"};
+    truth(columns.asked[&Samples::rgb]);
+    truth(columns.asked[&Samples::texcoord]);
+    const std::uint64_t left_out = read((1u << words.size()) - 1);
+    for (std::size_t c = 0; c < sample_columns.size(); ++c)
+      for (std::size_t w = 0; w < words.size(); ++w)
+        if (sample_columns[c].word() == words[w]) columns.left_out[c] = (left_out >> w & 1) != 0;
+  }
+
   std::string_view text_;
+  bool is_earlier_;
   const fs::path& path_;
 };
 
-std::string plan_text(const RunPlan& run) {
-  const StoreHeader& header = run.header;
-  PlanWriter plan;
-  plan.number(store_format_version);
+// What a plan has behind the format version, in its order, written or read.
+template <class Plan, class Run>
+void exchange(Plan& plan, Run& run, auto& columns) {
+  constexpr std::size_t number_bytes = 8;  // of a number, and of an empty text
+  const auto text = [&](auto& value) { plan.text(value); };
+  auto& header = run.header;
   plan.number(header.method_version);
-  plan.text(run.purpose);
+  plan.purpose(run);
   plan.text(run.root);
-  const StoreColumns& columns = *header.columns;
-  plan.number(static_cast<std::uint64_t>(columns.rows));
-  plan.number(columns.tensors);
-  plan.number(columns.colors);
-  plan.number(columns.texcoord);
-  plan.number(columns.left_out);
-  plan.number(columns.attributes.size());
-  for (const AttributeColumn& column : columns.attributes) {
+  plan.choice(columns.rows);
+  plan.truth(columns.tensors);
+  plan.sets(columns);
+  plan.list(columns.attributes, 3 * number_bytes, [&](auto& column) {
     plan.text(column.name);
     plan.number(column.width);
-    plan.number(static_cast<std::uint64_t>(column.kind));
-  }
+    plan.choice(column.kind);
+  });
   plan.number(header.samples);
-  plan.number(static_cast<std::uint64_t>(header.compression));
+  plan.choice(header.compression);
   plan.number(header.seed);
   plan.text(header.order);
   plan.text(header.parameters_json);
-  plan.texts(header.label_names);
-  plan.number(header.descriptors.size());
-  for (const DescriptorSchema& descriptor : header.descriptors) {
+  plan.list(header.label_names, number_bytes, text);
+  plan.list(header.descriptors, 4 * number_bytes, [&](auto& descriptor) {
     plan.text(descriptor.group);
     plan.text(descriptor.name);
     plan.number(descriptor.width);
-    plan.number(descriptor.attributes.size());
-    for (const auto& [name, value] : descriptor.attributes) {
-      plan.text(name);
-      plan.text(value);
-    }
-  }
-  plan.texts(header.ids);
-  for (const std::int32_t label : header.labels) plan.number(static_cast<std::uint32_t>(label));
-  for (std::uint64_t row = 0; row < header.ids.size(); ++row)
-    plan.number(static_cast<std::uint64_t>(header.split(row)));
+    plan.list(descriptor.attributes, 2 * number_bytes, [&](auto& attribute) {
+      plan.text(attribute.first);
+      plan.text(attribute.second);
+    });
+  });
+  plan.list(header.ids, number_bytes, text);
+}
+
+std::string plan_text(const RunPlan& run) {
+  PlanWriter plan;
+  plan.number(store_format_version);
+  exchange(plan, run, *run.header.columns);
+  for (const std::int32_t label : run.header.labels) plan.number(label);
+  for (std::uint64_t row = 0; row < run.header.ids.size(); ++row) plan.choice(run.header.split(row));
   return plan.take();
 }
 
 struct StoredPlan {
-  std::uint64_t format_version = 0;
+  std::uint32_t format_version = 0;
   RunPlan run;
 };
 
-StoredColumns parse_columns(PlanReader& plan) {
+StoredPlan parse_plan(std::string_view text, bool is_earlier, const fs::path& path) {
+  PlanReader plan(text, is_earlier, path);
+  StoredPlan stored;
+  StoreHeader& header = stored.run.header;
+  plan.number(stored.format_version);
+  if (stored.format_version != store_format_version) return stored;  // the rest may be laid out otherwise
   StoreColumns columns;
-  columns.rows = static_cast<RowKind>(plan.number(static_cast<std::uint64_t>(RowKind::surfaces)));
-  columns.tensors = plan.number(1) != 0;
-  columns.colors = plan.number(1) != 0;
-  columns.texcoord = plan.number(1) != 0;
-  columns.left_out = static_cast<std::uint32_t>(plan.number((1u << sample_column_names.size()) - 1));
-  if (columns.rows == RowKind::surfaces && (columns.tensors || columns.colors)) plan.damaged();
-  columns.attributes.resize(plan.number(most_chosen_columns));
-  for (AttributeColumn& column : columns.attributes) {
-    column.name = plan.text();
-    column.width = static_cast<std::uint32_t>(plan.number(4));
-    column.kind = static_cast<AttributeKind>(plan.number(static_cast<std::uint64_t>(AttributeKind::classes)));
-  }
+  exchange(plan, stored.run, columns);
+  if (columns.rows == RowKind::surfaces && (columns.tensors || columns.asked[&Samples::rgb])) plan.damaged();
   try {
-    return StoredColumns(std::move(columns));
+    header.columns = StoredColumns(std::move(columns));
   } catch (const ItemError&) {
     plan.damaged();
   }
-}
-
-StoredPlan parse_plan(std::string_view text, const fs::path& path) {
-  constexpr std::uint64_t most32 = std::numeric_limits<std::uint32_t>::max();
-  PlanReader plan(text, path);
-  StoredPlan stored;
-  StoreHeader& header = stored.run.header;
-  stored.format_version = plan.number();
-  if (stored.format_version != store_format_version) return stored;  // the rest may be laid out otherwise
-  header.method_version = static_cast<std::uint32_t>(plan.number(most32));
-  stored.run.purpose = plan.text();
-  stored.run.root = plan.text();
-  header.columns = parse_columns(plan);
-  header.samples = static_cast<std::uint32_t>(plan.number(most32));
-  header.compression = static_cast<Compression>(plan.number(static_cast<std::uint64_t>(Compression::none)));
-  header.seed = plan.number();
-  header.order = plan.text();
-  header.parameters_json = plan.text();
-  header.label_names = plan.texts();
-  header.descriptors.resize(plan.count(4 * sizeof(std::uint64_t)));
-  for (DescriptorSchema& descriptor : header.descriptors) {
-    descriptor.group = plan.text();
-    descriptor.name = plan.text();
-    descriptor.width = static_cast<std::uint32_t>(plan.number(most32));
-    descriptor.attributes.resize(plan.count(2 * sizeof(std::uint64_t)));
-    for (auto& [name, value] : descriptor.attributes) {
-      name = plan.text();
-      value = plan.text();
-    }
-  }
-  header.ids = plan.texts();
   header.labels.resize(header.ids.size());
-  for (std::int32_t& label : header.labels)
-    label = static_cast<std::int32_t>(static_cast<std::uint32_t>(plan.number(most32)));
-  for (std::size_t row = 0; row < header.ids.size(); ++row)
-    header.splits.push_back(static_cast<Split>(plan.number(split_names.size() - 1)));
+  for (std::int32_t& label : header.labels) plan.number(label);
+  header.splits.resize(header.ids.size());
+  for (Split& split : header.splits) plan.choice(split);
   plan.end();
   return stored;
 }
@@ -202,7 +248,7 @@ std::string run_json(const RunPlan& run, std::string_view plan) {
   json.member("tool_version", tool_version());
   json.member("format_version", store_format_version);
   json.member("method_version", header.method_version);
-  json.member("purpose", run.purpose);
+  json.member("purpose", purpose_text(run));
   json.member("rows", std::uint64_t{header.ids.size()});
   json.member("samples", header.samples);
   json.member("seed", header.seed);
@@ -253,8 +299,8 @@ std::string_view name_of(Compression compression) {
 
 std::string first_difference(const RunPlan& begun_plan, const RunPlan& now_plan) {
   const StoreHeader &begun = begun_plan.header, &now = now_plan.header;
-  if (begun_plan.purpose != now_plan.purpose)
-    return fmt::format("it was begun to {}, not to {}", begun_plan.purpose, now_plan.purpose);
+  if (begun_plan.purpose != now_plan.purpose || begun_plan.retry != now_plan.retry)
+    return fmt::format("it was begun to {}, not to {}", purpose_text(begun_plan), purpose_text(now_plan));
   if (begun_plan.root != now_plan.root)
     return fmt::format("the ids of lists were relative to {}, now they are to {}", begun_plan.root,
                        now_plan.root);
@@ -295,7 +341,7 @@ std::string first_difference(const RunPlan& begun_plan, const RunPlan& now_plan)
 bool plan_exists(const fs::path& run_folder) { return fs::exists(run_folder / "run.json"); }
 
 void write_plan(const fs::path& run_folder, const RunPlan& plan) {
-  std::string text(plan_magic);
+  std::string text = fmt::format("{}{}\n", magic_begin, plan_version);
   text += plan_text(plan);
   const std::uint32_t checksum = crc32c(std::span<const char>(text));
   text.append(reinterpret_cast<const char*>(&checksum), sizeof checksum);
@@ -316,27 +362,28 @@ namespace {
 
 namespace {
 
-RunPlan read_plan(const fs::path& run_folder, bool may_be_earlier) {
+RunPlan read_plan(const fs::path& run_folder, bool is_of_shard) {
   const fs::path path = run_folder / "plan.bin";
   const std::optional<std::string> text = content_if_exists(path);
   std::uint32_t checksum = 0;
   if (text && text->size() > sizeof checksum)
     std::memcpy(&checksum, text->data() + text->size() - sizeof checksum, sizeof checksum);
-  if (!text || text->size() < plan_magic.size() + sizeof checksum ||
+  if (!text || text->size() < magic_bytes + sizeof checksum ||
       checksum != crc32c(std::span<const char>(text->data(), text->size() - sizeof checksum)))
     throw RunError(RunError::Kind::unusable,
                    fmt::format("{} is damaged: start anew with --fresh", path.string()));
   std::string_view plan(*text);
   plan.remove_suffix(sizeof checksum);
-  static_assert(plan_magic.size() == earlier_magic.size());
-  if (!plan.starts_with(plan_magic) && !(may_be_earlier && plan.starts_with(earlier_magic)))
+  const char version =
+      plan.starts_with(magic_begin) && plan[magic_bytes - 1] == '\n' ? plan[magic_bytes - 2] : 0;
+  if (version != plan_version && version != sentence_version && !(is_of_shard && version == shard_version))
     throw RunError(
         RunError::Kind::unusable,
         fmt::format("{} was begun by another version of the program and cannot be continued: finish "
                     "it with that version, or start anew with --fresh",
                     run_folder.string()));
-  plan.remove_prefix(plan_magic.size());
-  StoredPlan stored = parse_plan(plan, path);
+  plan.remove_prefix(magic_bytes);
+  StoredPlan stored = parse_plan(plan, version != plan_version, path);
   if (stored.format_version != store_format_version)
     refuse(run_folder,
            fmt::format("the store format was {}, now it is {}", stored.format_version, store_format_version));
@@ -355,3 +402,18 @@ void require_same_plan(const fs::path& run_folder, const RunPlan& plan) {
 }
 
 }  // namespace meander::store
+
+namespace meander {
+
+std::optional<RunPlan> read_run_plan(const std::filesystem::path& store) {
+  const std::filesystem::path folder = store::with_suffix(store, ".run");
+  if (!store::plan_exists(folder)) return std::nullopt;
+  return store::read_plan(folder);
+}
+
+std::string purpose_text(const RunPlan& plan) {
+  std::string text(store::purpose_phrases[static_cast<std::size_t>(plan.purpose)]);
+  return plan.retry.empty() ? text : text.append(store::retry_phrase) + plan.retry;
+}
+
+}  // namespace meander

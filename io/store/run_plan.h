@@ -2,10 +2,34 @@
 // with a checksum) and run.json (for people; its presence says that the folder was completely set up).
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 
 #include "io/store/store.h"
+
+namespace meander {
+
+// What a run is begun for. The numbers are part of the format of plans.
+enum class RunPurpose : std::uint8_t { sample, replace, update, describe, merge, surfaces };
+
+// What the run of a STORE.run/ was begun with. Only the same plan is continued.
+struct RunPlan {
+  StoreHeader header;
+  RunPurpose purpose = RunPurpose::sample;
+  std::string root = {};   // what the ids of lists are relative to; remembered for the next process
+  std::string retry = {};  // of an update: the words of --retry, with commas between them
+};
+
+// The purpose of a plan, completing "it was begun to ...".
+std::string purpose_text(const RunPlan& plan);
+
+// The plan of STORE.run/; empty when there is no run that was completely set up. Throws RunError(unusable)
+// when the plan is damaged or of another version of the program.
+std::optional<RunPlan> read_run_plan(const std::filesystem::path& store);
+
+}  // namespace meander
 
 namespace meander::store {
 

@@ -17,255 +17,137 @@ static_assert(sizeof(RepairCounts) == 4 * repair_count);
 
 namespace {
 
-constexpr std::uint64_t all_ones = 0xFFFFFFFFu;  // u32 "nothing", i32 -1
-constexpr std::uint64_t not_a_number = 0x7FC00000u;
-
-template <class>
-struct MemberType;
-template <class Class, class Member>
-struct MemberType<Member Class::*> {
-  using type = Member;
-};
-
-template <auto Member>
-void put(const ItemReport& report, std::byte* out) {
-  static_assert(std::is_trivially_copyable_v<typename MemberType<decltype(Member)>::type>);
-  std::memcpy(out, &(report.*Member), sizeof(report.*Member));
+// What `use` returns for the array of a dataset of samples; of an attribute that there is.
+template <class AnySamples, class Use>
+decltype(auto) with_array_of(const DatasetSpec& spec, AnySamples& samples, const Use& use) {
+  if (spec.column != nullptr) return with_array(*spec.column, samples, use);
+  if (spec.type == ElementType::i32) return use(samples.classes[spec.attribute]);
+  return use(samples.attributes[spec.attribute]);
 }
 
-template <auto Member>
-void get(const std::byte* in, ItemReport& report) {
-  std::memcpy(&(report.*Member), in, sizeof(report.*Member));
+bool has_array(const DatasetSpec& spec, const Samples& samples) {
+  return spec.column != nullptr ||
+         spec.attribute <
+             (spec.type == ElementType::i32 ? samples.classes.size() : samples.attributes.size());
 }
 
-template <auto Member>
-std::span<const std::byte> view(const Samples& samples, std::size_t) {
-  return std::as_bytes(std::span(samples.*Member));
+}  // namespace
+
+std::span<const std::byte> DatasetSpec::view(const Samples& samples) const {
+  if (!has_array(*this, samples)) return {};
+  return with_array_of(*this, samples, [](const auto& values) { return std::as_bytes(std::span(values)); });
 }
 
-template <auto Member>
-std::span<std::byte> room(Samples& samples, std::size_t, std::size_t count) {
-  (samples.*Member).resize(count);
-  return std::as_writable_bytes(std::span(samples.*Member));
+std::span<std::byte> DatasetSpec::room(Samples& samples, std::size_t count) const {
+  if (!has_array(*this, samples)) {
+    if (type == ElementType::i32)
+      samples.classes.resize(attribute + 1);
+    else
+      samples.attributes.resize(attribute + 1);
+  }
+  return with_array_of(*this, samples, [&](auto& values) {
+    values.resize(count);
+    return std::as_writable_bytes(std::span(values));
+  });
 }
 
-template <auto Member>
-void free_array(Samples& samples, std::size_t) {
-  auto freed = std::move(samples.*Member);
+void DatasetSpec::free(Samples& samples) const {
+  with_array_of(*this, samples, [](auto& values) { const auto freed = std::move(values); });
 }
 
-std::span<const std::byte> view_attribute(const Samples& samples, std::size_t attribute) {
-  if (attribute >= samples.attributes.size()) return {};
-  return std::as_bytes(std::span(samples.attributes[attribute]));
+void DatasetSpec::put_item(const ItemReport& report, std::byte* out) const {
+  std::visit(
+      [&]<class Member>(Member member) {
+        if constexpr (std::is_same_v<Member, std::string ItemReport::*>) {
+          const std::string text = clean_line(report.*member, width);
+          std::memset(out, 0, width);
+          std::memcpy(out, text.data(), text.size());
+        } else if constexpr (!std::is_same_v<Member, ItemKey>) {
+          std::memcpy(out, &(report.*member), sizeof(report.*member));
+        }
+      },
+      item->member);
 }
 
-std::span<std::byte> attribute_room(Samples& samples, std::size_t attribute, std::size_t count) {
-  if (attribute >= samples.attributes.size()) samples.attributes.resize(attribute + 1);
-  samples.attributes[attribute].resize(count);
-  return std::as_writable_bytes(std::span(samples.attributes[attribute]));
+void DatasetSpec::get_item(const std::byte* in, ItemReport& report) const {
+  std::visit(
+      [&]<class Member>(Member member) {
+        if constexpr (std::is_same_v<Member, std::string ItemReport::*>) {
+          const auto* text = reinterpret_cast<const char*>(in);
+          (report.*member).assign(text, ::strnlen(text, width));
+        } else if constexpr (!std::is_same_v<Member, ItemKey>) {
+          std::memcpy(&(report.*member), in, sizeof(report.*member));
+        }
+      },
+      item->member);
 }
 
-void free_attribute(Samples& samples, std::size_t attribute) {
-  auto freed = std::move(samples.attributes[attribute]);
-}
+namespace {
 
-std::span<const std::byte> view_classes(const Samples& samples, std::size_t attribute) {
-  if (attribute >= samples.classes.size()) return {};
-  return std::as_bytes(std::span(samples.classes[attribute]));
-}
-
-std::span<std::byte> classes_room(Samples& samples, std::size_t attribute, std::size_t count) {
-  if (attribute >= samples.classes.size()) samples.classes.resize(attribute + 1);
-  samples.classes[attribute].resize(count);
-  return std::as_writable_bytes(std::span(samples.classes[attribute]));
-}
-
-void free_classes(Samples& samples, std::size_t attribute) {
-  auto freed = std::move(samples.classes[attribute]);
-}
-
-template <auto Member>
-DatasetSpec sample_array(const char* path, ElementType type, std::uint32_t width, const char* unit,
-                         const char* doc, const char* link = "") {
-  DatasetSpec spec{path, Role::samples, type, width, type == ElementType::f32 ? not_a_number : all_ones,
-                   unit, doc,           link};
-  spec.samples_view = view<Member>;
-  spec.samples_room = room<Member>;
-  spec.samples_free = free_array<Member>;
+DatasetSpec dataset_of(const StoreColumns& columns, std::size_t number) {
+  const SampleColumn& column = sample_columns[number];
+  DatasetSpec spec;
+  spec.path = "/" + std::string(column.name);
+  spec.role = Role::samples;
+  spec.type = type_of(column).element;
+  spec.width = column.width;
+  spec.fill = spec.type == ElementType::f32 ? fill_nan : fill_ones;
+  spec.unit = column.unit;
+  spec.doc = column.doc;
+  if (!column.link.empty()) spec.link = "/" + std::string(column.link);
+  spec.column = &column;
+  spec.lacks_bit = columns.lacks_bit(number);
   return spec;
 }
 
-template <auto Member>
-DatasetSpec item_column(const char* name, ElementType type, std::uint32_t width, const char* unit,
-                        const char* doc, std::uint64_t fill = 0, std::uint32_t since = 1) {
-  DatasetSpec spec{std::string("/items/") + name, Role::item, type, width, fill, unit, doc, ""};
-  spec.put_item = put<Member>;
-  spec.get_item = get<Member>;
-  spec.since = since;
-  return spec;
-}
-
-DatasetSpec counts_by_name(DatasetSpec spec, std::span<const std::string_view> names) {
-  spec.width = static_cast<std::uint32_t>(names.size());
-  spec.value_names = names;
-  return spec;
-}
-
-// A text of fixed width, filled up with zero bytes.
-DatasetSpec note_text_column() {
-  DatasetSpec spec{"/items/note_text",
-                   Role::item,
-                   ElementType::text,
-                   note_text_width,
-                   0,
-                   "",
-                   "the notes in words, with an example of each as far as there is room",
-                   ""};
-  spec.put_item = [](const ItemReport& report, std::byte* out) {
-    const std::string text = clean_line(report.note_text, note_text_width);
-    std::memset(out, 0, note_text_width);
-    std::memcpy(out, text.data(), text.size());
-  };
-  spec.get_item = [](const std::byte* in, ItemReport& report) {
-    const auto* text = reinterpret_cast<const char*>(in);
-    report.note_text.assign(text, ::strnlen(text, note_text_width));
-  };
-  spec.since = 5;
-  return spec;
-}
-
-DatasetSpec attribute_array(const AttributeColumn& column, std::size_t number) {
-  DatasetSpec spec{"/" + std::string(attribute_prefix) + column.name,
-                   Role::samples,
-                   column.is_classes() ? ElementType::i32 : ElementType::f32,
-                   column.width == 1 ? 0 : column.width,
-                   column.is_classes() ? all_ones : not_a_number,
-                   "",
-                   std::string("with --attribute only: the attribute of this name at the point, ") +
-                       (column.is_classes() ? "-1 where there is none" : "NaN where there is none"),
-                   ""};
-  spec.samples_view = column.is_classes() ? view_classes : view_attribute;
-  spec.samples_room = column.is_classes() ? classes_room : attribute_room;
-  spec.samples_free = column.is_classes() ? free_classes : free_attribute;
+DatasetSpec dataset_of(const AttributeColumn& column, std::size_t number) {
+  DatasetSpec spec;
+  spec.path = "/" + std::string(attribute_prefix) + column.name;
+  spec.role = Role::samples;
+  spec.type = column.is_classes() ? ElementType::i32 : ElementType::f32;
+  spec.width = column.width == 1 ? 0 : column.width;
+  spec.fill = column.is_classes() ? fill_ones : fill_nan;
+  spec.doc = std::string("with --attribute only: the attribute of this name at the point, ") +
+             (column.is_classes() ? "-1 where there is none" : "NaN where there is none");
   spec.attribute = number;
   spec.lacks_bit = static_cast<std::uint32_t>(number);
   return spec;
 }
 
-std::vector<DatasetSpec> make_sample_datasets(const StoreColumns& columns) {
-  using enum ElementType;
-  using S = Samples;
-  std::vector<DatasetSpec> datasets = {
-      sample_array<&S::points>("/points", f32, 3, "length / scale",
-                               "the points; file coordinates = loc + scale * point", "/data"),
-  };
-  const auto add = [&](SampleColumn column, DatasetSpec spec) {
-    if (columns.has(column)) datasets.push_back(std::move(spec));
-  };
-  using C = SampleColumn;
-  add(C::normals,
-      sample_array<&S::normals>("/normals", f32, 3, "1", "unit normals at the points", "/normal"));
-  add(C::uv, sample_array<&S::uv>("/uv", f32, 2, "1", "parameters of the point in [0, 1]"));
-  add(C::face, sample_array<&S::face>("/face", u32, 0, "1", "number of the polygon in file order"));
-  add(C::corners,
-      sample_array<&S::corners>("/corners", u32, 3, "1", "vertex numbers of the file around the point"));
-  add(C::barycentric, sample_array<&S::barycentric>("/barycentric", f32, 2, "1",
-                                                    "weights of corners 1 and 2; corner 0 has the rest"));
-  add(C::curve_rank,
-      sample_array<&S::curve_rank>("/curve_rank", u32, 0, "1", "position along the curve, 0 .. N - 1"));
-  add(C::density, sample_array<&S::density>("/density", f32, 0, "1", "value of the density at the point"));
-  add(C::tensor, sample_array<&S::tensor_direction>(
-                     "/tensor/direction", f32, 3, "1",
-                     "anisotropic samples only: unit vector along the long spacing, of any sign"));
-  add(C::tensor, sample_array<&S::tensor_spacing>(
-                     "/tensor/spacing", f32, 2, "length / scale",
-                     "anisotropic samples only: wanted spacings along and across the direction"));
-  if (columns.colors)
-    datasets.push_back(sample_array<&S::rgb>("/rgb", u8, 3, "1 / 255",
-                                             "with --colors only: red, green and blue as displayed (sRGB)"));
-  if (columns.texcoord) {
-    datasets.push_back(sample_array<&S::texcoord>(
-        "/texcoord", f32, 2, "1",
-        "with --texcoord only: texture coordinates as the file has them, NaN where there are none"));
-    datasets.back().lacks_bit = static_cast<std::uint32_t>(columns.attributes.size());
-  }
-  for (std::size_t i = 0; i < columns.attributes.size(); ++i)
-    datasets.push_back(attribute_array(columns.attributes[i], i));
-  return datasets;
+Role role_of(const ItemColumn& column) {
+  const ItemKey* const key = std::get_if<ItemKey>(&column.member);
+  if (key == nullptr) return Role::item;
+  return *key == ItemKey::label   ? Role::label
+         : *key == ItemKey::id    ? Role::id
+         : *key == ItemKey::split ? Role::split
+                                  : Role::reason;
 }
 
-DatasetSpec split_column() {
-  DatasetSpec spec{"/items/split", Role::split, ElementType::split, 0, 0, "", "part of the data set", ""};
-  spec.since = 2;
+DatasetSpec dataset_of(const ItemColumn& column) {
+  const ColumnType type = type_of(column);
+  DatasetSpec spec;
+  spec.path = "/" + std::string(column.name);
+  spec.role = role_of(column);
+  spec.type = type.element;
+  spec.width = type.width;
+  spec.fill = column.fill;
+  spec.unit = column.unit;
+  spec.doc = column.doc;
+  spec.words = type.words;
+  spec.value_names = type.names;
+  spec.item = &column;
+  spec.since = column.since;
   return spec;
 }
 
-std::vector<DatasetSpec> make_item_datasets(const StoreColumns& columns) {
-  using enum ElementType;
-  using R = ItemReport;
-  std::vector<DatasetSpec> datasets = {
-      {"/label", Role::label, i32, 1, all_ones, "1", "class number, -1 where unknown", ""},
-      {"/items/id", Role::id, text, 0, 0, "", "path of the item below the input root; ascending by bytes",
-       ""},
-      split_column(),
-      item_column<&R::status>("status", status, 0, "", "how the item ended",
-                              static_cast<std::uint64_t>(Status::internal)),
-      {"/items/reason", Role::reason, text, 0, 0, "", "one sentence when the status is not ok", ""},
-      item_column<&R::method>("method", method, 0, "", "the weakest method any component needed"),
-      item_column<&R::order_reason>("order_reason", order_reason, 0, "",
-                                    "why that method, where another one was asked for", 0, 3),
-      item_column<&R::vertices>("vertices", u64, 0, "1", "vertices of the file"),
-      item_column<&R::faces>("faces", u64, 0, "1", "polygons of the file"),
-      item_column<&R::components>("components", u32, 0, "1", "connected components"),
-      item_column<&R::genus>("genus", u32, 0, "1", "sum of the genera of the components"),
-      item_column<&R::boundaries>("boundaries", u32, 0, "1", "boundary loops"),
-      item_column<&R::area>("area", f64, 0, "length^2", "surface area"),
-      item_column<&R::measure>("measure", f64, 0, "length^2", "area x density"),
-      item_column<&R::bbox>("bbox", f64, 6, "length", "min x, y, z, max x, y, z"),
-      item_column<&R::loc>("loc", f64, 3, "length", "file coordinates = loc + scale * point"),
-      item_column<&R::scale>("scale", f64, 0, "length", "file coordinates = loc + scale * point"),
-      item_column<&R::flips>("flips", u32, 0, "1", "flipped triangles of all charts"),
-      item_column<&R::overlap>("overlap", f64, 0, "1", "share of the area where charts overlap themselves"),
-      item_column<&R::area_scale_range>("area_scale_range", f64, 0, "1",
-                                        "largest over smallest area scale, worst chart"),
-      item_column<&R::distortion>("distortion", f64, 0, "1", "area-weighted mean quasi-conformal distortion"),
-      counts_by_name(item_column<&R::repairs>("repairs", u32, 0, "1",
-                                              "what was repaired, counted by name (attribute `names`)"),
-                     repair_names),
-      counts_by_name(item_column<&R::notes>(
-                         "notes", u32, 0, "1",
-                         "what the file asks for and did not get, counted by name (attribute `names`)", 0, 5),
-                     note_names),
-      note_text_column(),
-      item_column<&R::file_bytes>("file_bytes", u64, 0, "byte",
-                                  "length of the input; 0 where it was not read", 0, 2),
-      item_column<&R::content_sha256>("content_sha256", u8, 32, "1", "SHA-256 of the bytes of the input"),
-      item_column<&R::points_crc32c>("points_crc32c", u32, 0, "1",
-                                     "CRC32C of the row of /points (little-endian); 0 unless ok"),
-  };
-  if (columns.colors) {
-    datasets.push_back(item_column<&R::color_source>("color_source", color_source, 0, "",
-                                                     "with --colors only: where the colours come from"));
-    datasets.push_back(item_column<&R::color_fills>(
-        "color_fills", u32, 0, "1", "with --colors only: samples without a colour, which have the fill 204"));
-    datasets.push_back(item_column<&R::color_sha256>(
-        "color_sha256", u8, 32, "1",
-        "with --colors only: SHA-256 of the digests of the files read for colours alone; zeros: none"));
-  }
-  if (columns.chosen_count() > 0) {
-    datasets.push_back(item_column<&R::lacks>("lacks", u32, 0, "1",
-                                              "with --attribute or --texcoord: bit i: column i (attribute "
-                                              "`names`) has no value at one sample or more"));
-    datasets.push_back(
-        item_column<&R::missing>("missing", u32, 0, "1",
-                                 "with --attribute or --texcoord: bit i: the model has no such attribute, or "
-                                 "no texture coordinates, at all",
-                                 0, 5));
-  }
-  if (columns.has_names())
-    datasets.push_back(item_column<&R::names_bytes>(
-        "names_bytes", u32, 0, "byte",
-        "with --attribute group, object, material or part only: length of the row's part of /names", 0, 5));
+std::vector<DatasetSpec> make_datasets(const StoreColumns& columns) {
+  std::vector<DatasetSpec> datasets;
+  for (std::size_t c = 0; c < sample_columns.size(); ++c)
+    if (columns.has(c)) datasets.push_back(dataset_of(columns, c));
+  for (std::size_t i = 0; i < columns.attributes.size(); ++i)
+    datasets.push_back(dataset_of(columns.attributes[i], i));
+  for (const ItemColumn& column : item_columns)
+    if (columns.has(column)) datasets.push_back(dataset_of(column));
   return datasets;
 }
 
@@ -287,13 +169,12 @@ namespace {
 
 std::shared_ptr<const ColumnTable> make_table(StoreColumns columns) {
   auto table = std::make_shared<ColumnTable>();
-  table->datasets = make_sample_datasets(columns);
-  for (DatasetSpec& spec : make_item_datasets(columns)) table->datasets.push_back(std::move(spec));
+  table->datasets = make_datasets(columns);
   table->columns = std::move(columns);
   ItemRecord& items = table->items;
   for (const DatasetSpec& spec : table->datasets) {
     if (spec.role != Role::item) continue;
-    if (spec.type == ElementType::status) items.status_offset = items.bytes;
+    if (spec.path == status_path) items.status_offset = items.bytes;
     if (spec.path == names_bytes_path) items.names_offset = items.bytes;
     items.columns.emplace_back(&spec, items.bytes);
     items.bytes += value_bytes(spec);
@@ -322,12 +203,13 @@ struct NamedColumns {
   StoreColumns columns;
 };
 const std::array<NamedColumns, 5>& plain_columns() {
+  static const ColumnSet colors(&Samples::rgb);
   static const std::array<NamedColumns, 5> all = {
       {{"meshes", {}},
        {"surfaces", {.rows = RowKind::surfaces}},
        {"anisotropic meshes", {.tensors = true}},
-       {"coloured meshes", {.colors = true}},
-       {"coloured anisotropic meshes", {.tensors = true, .colors = true}}}};
+       {"coloured meshes", {.asked = colors}},
+       {"coloured anisotropic meshes", {.tensors = true, .asked = colors}}}};
   return all;
 }
 
@@ -336,7 +218,7 @@ const std::array<NamedColumns, 5>& plain_columns() {
 std::string_view content_name(const StoreColumns& columns) {
   for (const NamedColumns& plain : plain_columns())
     if (plain.columns.rows == columns.rows && plain.columns.tensors == columns.tensors &&
-        plain.columns.colors == columns.colors)
+        plain.columns.has(&Samples::rgb) == columns.has(&Samples::rgb))
       return plain.name;
   throw ItemError(Status::internal, "surfaces have neither tensors nor colours");
 }
@@ -368,41 +250,24 @@ std::uint64_t sample_bytes(const StoredColumns& columns) {
 }
 
 DatasetSpec descriptor_dataset(const DescriptorSchema& descriptor) {
-  return {"/" + descriptor.group + "/" + descriptor.name,
-          Role::descriptor,
-          ElementType::f32,
-          descriptor.width,
-          not_a_number,
-          "1",
-          "descriptor; its attributes explain the bins",
-          ""};
+  DatasetSpec spec;
+  spec.path = "/" + descriptor.group + "/" + descriptor.name;
+  spec.role = Role::descriptor;
+  spec.width = descriptor.width;
+  spec.fill = fill_nan;
+  spec.unit = "1";
+  spec.doc = "descriptor; its attributes explain the bins";
+  return spec;
 }
 
 std::size_t element_size(ElementType type) {
-  switch (type) {
-    case ElementType::f64:
-    case ElementType::u64:
-      return 8;
-    case ElementType::f32:
-    case ElementType::i32:
-    case ElementType::u32:
-      return 4;
-    case ElementType::u8:
-    case ElementType::status:
-    case ElementType::method:
-    case ElementType::split:
-    case ElementType::order_reason:
-    case ElementType::color_source:
-    case ElementType::text:
-      return 1;
-  }
-  return 0;
+  constexpr std::array<std::size_t, 8> sizes = {4, 8, 4, 1, 4, 8, 1, 1};
+  return sizes[static_cast<std::size_t>(type)];
 }
 
 std::string_view element_name(ElementType type) {
-  constexpr std::array<std::string_view, 12> names = {"f32",     "f64",     "i32",     "u8",
-                                                      "u32",     "u64",     "enum u8", "enum u8",
-                                                      "enum u8", "enum u8", "enum u8", "UTF-8, fixed width"};
+  constexpr std::array<std::string_view, 8> names = {"f32", "f64", "i32",     "u8",
+                                                     "u32", "u64", "enum u8", "UTF-8, fixed width"};
   return names[static_cast<std::size_t>(type)];
 }
 
@@ -444,17 +309,11 @@ void write_fill(const DatasetSpec& spec, std::span<std::byte> values) {
 
 std::string fill_text(const DatasetSpec& spec) {
   if (spec.type == ElementType::text) return "empty";
-  if (spec.type == ElementType::status) return std::string(name_of(static_cast<Status>(spec.fill)));
-  if (spec.type == ElementType::method) return std::string(name_of(static_cast<Method>(spec.fill)));
-  if (spec.type == ElementType::split) return std::string(name_of(static_cast<Split>(spec.fill)));
-  if (spec.type == ElementType::order_reason)
-    return std::string(name_of(static_cast<OrderReason>(spec.fill)));
-  if (spec.type == ElementType::color_source)
-    return std::string(name_of(static_cast<ColorSource>(spec.fill)));
-  if (spec.type == ElementType::u8 && spec.fill == all_ones) return "255";
-  if (spec.type == ElementType::f32 && spec.fill == not_a_number) return "NaN";
-  if (spec.type == ElementType::i32 && spec.fill == all_ones) return "-1";
-  return spec.fill == all_ones ? "0xFFFFFFFF" : fmt::format("{}", spec.fill);
+  if (spec.type == ElementType::word) return std::string(spec.words[spec.fill]);
+  if (spec.type == ElementType::u8 && spec.fill == fill_ones) return "255";
+  if (spec.type == ElementType::f32 && spec.fill == fill_nan) return "NaN";
+  if (spec.type == ElementType::i32 && spec.fill == fill_ones) return "-1";
+  return spec.fill == fill_ones ? "0xFFFFFFFF" : fmt::format("{}", spec.fill);
 }
 
 ChunkShape sample_chunk(std::uint64_t rows, std::uint32_t samples) {
@@ -486,12 +345,6 @@ void set_text_width(DatasetLayout& dataset, std::uint32_t width) {
 std::size_t StoreLayout::index_of(Role role) const {
   const auto found = std::find_if(datasets.begin(), datasets.end(),
                                   [&](const DatasetLayout& dataset) { return dataset.spec.role == role; });
-  return static_cast<std::size_t>(found - datasets.begin());
-}
-
-std::size_t StoreLayout::index_of(ElementType type) const {
-  const auto found = std::find_if(datasets.begin(), datasets.end(),
-                                  [&](const DatasetLayout& dataset) { return dataset.spec.type == type; });
   return static_cast<std::size_t>(found - datasets.begin());
 }
 
@@ -563,7 +416,8 @@ std::string layout_markdown() {
                           "there is none; i32: classes"
                         : spec.doc);
   };
-  StoreColumns all{.tensors = true, .colors = true, .texcoord = true};
+  StoreColumns all{.tensors = true};
+  for (std::size_t c = 0; c < sample_columns.size(); ++c) all.asked[c] = sample_columns[c].is_asked_for();
   all.attributes = {{"<name>", 1}, {"object", 1, AttributeKind::classes}};
   const StoredColumns columns(std::move(all));
   for (const DatasetSpec& spec : datasets_of(columns)) {
@@ -577,58 +431,6 @@ std::string layout_markdown() {
 }  // namespace meander::store
 
 namespace meander {
-
-bool StoreColumns::applies(SampleColumn column) const {
-  switch (column) {
-    case SampleColumn::face:
-    case SampleColumn::corners:
-    case SampleColumn::barycentric:
-      return rows == RowKind::meshes;
-    case SampleColumn::uv:
-      return rows == RowKind::surfaces;
-    case SampleColumn::tensor:
-      return tensors;
-    case SampleColumn::normals:
-    case SampleColumn::curve_rank:
-    case SampleColumn::density:
-      return true;
-  }
-  return false;
-}
-
-bool StoreColumns::has(SampleColumn column) const {
-  return applies(column) && (left_out >> static_cast<unsigned>(column) & 1) == 0;
-}
-
-std::string StoreColumns::chosen_name(std::size_t bit) const {
-  if (bit < attributes.size()) return std::string(store::attribute_prefix) + attributes[bit].name;
-  return "texcoord";
-}
-
-bool StoreColumns::has_names() const {
-  return std::any_of(attributes.begin(), attributes.end(), [](const AttributeColumn& column) {
-    return column.width == 1 && column.is_classes() &&
-           std::find(numbered_attributes.begin(), numbered_attributes.end(), column.name) !=
-               numbered_attributes.end();
-  });
-}
-
-std::string attribute_name_problem(std::string_view name) {
-  constexpr std::size_t longest = 200;
-  if (name.empty()) return "has no name";
-  if (name.size() > longest) return fmt::format("has a name of more than {} bytes", longest);
-  if (name.find_first_not_of('.') == std::string_view::npos) return "is named by dots alone";
-  for (std::string_view rest = name; !rest.empty();) {
-    const std::size_t length = utf8_sequence_length(rest);
-    if (length == 0) return "has a name that is not UTF-8";
-    const auto byte = static_cast<unsigned char>(rest[0]);
-    if (length == 1 && (byte < 0x20 || byte == 0x7F)) return "has a control character in its name";
-    if (length == 1 && (byte == '/' || byte == ',' || byte == ':'))
-      return fmt::format("has `{}` in its name", rest[0]);
-    rest.remove_prefix(length);
-  }
-  return {};
-}
 
 StoredColumns::StoredColumns(StoreColumns columns) {
   for (AttributeColumn& column : columns.attributes)

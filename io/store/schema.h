@@ -17,27 +17,8 @@
 
 namespace meander::store {
 
-// The width of /items/note_text, in bytes: longer texts are cut.
-inline constexpr std::uint32_t note_text_width = 320;
 // One line of valid UTF-8 of at most so many bytes.
 std::string clean_line(std::string_view text, std::size_t max_bytes);
-
-// Little-endian everywhere; status, method, split and reasons of orders are 8-bit enums with the names of
-// kernels/core/status.h and kernels/data/samples.h; text is UTF-8 of fixed width padded with zero bytes.
-enum class ElementType : std::uint8_t {
-  f32,
-  f64,
-  i32,
-  u8,
-  u32,
-  u64,
-  status,
-  method,
-  split,
-  order_reason,
-  color_source,
-  text
-};
 
 // Where the values of a dataset live in a Row.
 enum class Role : std::uint8_t { samples, descriptor, label, id, split, reason, item };
@@ -46,30 +27,27 @@ struct DatasetSpec {
   std::string path;
   Role role = Role::item;
   ElementType type = ElementType::f32;
-  std::uint32_t width = 0;  // extent of the last axis; 0: there is no such axis
-  std::uint64_t fill = 0;   // bit pattern of the fill value
-  std::string unit;         // of one value; "1" for counts, numbers and ratios
-  std::string doc;          // one line
-  std::string link;         // a second name (hard link); empty: none
-  // role samples: the array of a Samples, and the same array resized to `count` elements. Of attributes the
-  // functions take the place in Samples::attributes.
-  std::span<const std::byte> (*samples_view)(const Samples&, std::size_t attribute) = nullptr;
-  std::span<std::byte> (*samples_room)(Samples&, std::size_t attribute, std::size_t count) = nullptr;
-  void (*samples_free)(Samples&, std::size_t attribute) = nullptr;
-  std::size_t attribute = 0;
+  std::uint32_t width = 0;                             // extent of the last axis; 0: there is no such axis
+  std::uint64_t fill = 0;                              // bit pattern of the fill value
+  std::string unit;                                    // of one value; "1" for counts, numbers and ratios
+  std::string doc;                                     // one line
+  std::string link;                                    // a second name (hard link); empty: none
+  std::span<const std::string_view> words = {};        // of the values of an enum
+  std::span<const std::string_view> value_names = {};  // what each of the `width` values counts; older stores
+                                                       // have fewer
+  const SampleColumn* column = nullptr;                // role samples; null: an attribute
+  std::size_t attribute = 0;                           // its place in Samples::attributes
   std::optional<std::uint32_t> lacks_bit = {};  // of ItemReport::lacks; none: every ok row has all values
-  // role item: the value (element_size * max(width, 1) bytes) to and from a report.
-  void (*put_item)(const ItemReport&, std::byte*) = nullptr;
-  void (*get_item)(const std::byte*, ItemReport&) = nullptr;
-  // What each of the `width` values counts (attribute `names`). The list grows: older stores have fewer.
-  std::span<const std::string_view> value_names = {};
-  std::uint32_t since = 1;  // the first format version that has the dataset
+  const ItemColumn* item = nullptr;             // role item
+  std::uint32_t since = 1;                      // the first format version that has the dataset
 
-  std::span<const std::byte> view(const Samples& samples) const { return samples_view(samples, attribute); }
-  std::span<std::byte> room(Samples& samples, std::size_t count) const {
-    return samples_room(samples, attribute, count);
-  }
-  void free(Samples& samples) const { samples_free(samples, attribute); }
+  // Role samples: the array, the same resized to `count` elements, and freed.
+  std::span<const std::byte> view(const Samples& samples) const;
+  std::span<std::byte> room(Samples& samples, std::size_t count) const;
+  void free(Samples& samples) const;
+  // Role item: the value (value_bytes) to and from a report.
+  void put_item(const ItemReport& report, std::byte* out) const;
+  void get_item(const std::byte* in, ItemReport& report) const;
 };
 
 // The item columns of a journal record: byte offset of every item dataset, and the sum.
@@ -106,11 +84,11 @@ std::optional<StoreColumns> columns_of_content(std::string_view name);
 std::vector<std::string> column_list(const StoredColumns& columns);
 // Bytes of one sample in all columns, before they are compressed.
 std::uint64_t sample_bytes(const StoredColumns& columns);
-inline constexpr std::string_view attribute_prefix = "attributes/";
 
 // The names behind the classes of all rows, one behind the other, are one dataset of bytes, in chunks of this
 // length; item columns have their lengths.
 inline constexpr const char* names_path = "/names";
+inline constexpr const char* status_path = "/items/status";
 inline constexpr const char* names_bytes_path = "/items/names_bytes";
 inline constexpr const char* names_doc =
     "with --attribute group, object, material or part only: what the classes of the models are called, by "
@@ -170,8 +148,7 @@ struct StoreLayout {
   std::uint32_t id_width = 1;
   std::vector<DatasetLayout> datasets;
 
-  std::size_t index_of(Role role) const;         // the first dataset of that role
-  std::size_t index_of(ElementType type) const;  // of that type
+  std::size_t index_of(Role role) const;  // the first dataset of that role
   std::size_t index_of(std::string_view path) const;
 };
 

@@ -103,14 +103,9 @@ class StoreFileWriter {
 };
 
 // What the root attributes of a file say.
-struct StoreFacts {
-  StoredColumns columns;
-  std::uint32_t format_version = 0, method_version = 0, samples = 0;
-  std::uint64_t seed = 0, rows = 0;
-  std::string tool_version, parameters_json, order;
-  Compression compression = Compression::standard;
-  std::vector<std::string> label_names;
-  std::vector<DescriptorSchema> descriptors;
+struct StoreFacts : StoreHeader {  // without ids, labels and splits
+  std::uint32_t format_version = 0;
+  std::uint64_t rows = 0;
   std::vector<StorePack> packs;  // of an index; empty: the rows are in the file itself
 };
 

@@ -60,9 +60,7 @@ bool fill_is(hid_t creation, const DatasetLayout& dataset, hid_t type) {
 
 bool same_type(const DatasetLayout& dataset, hid_t stored) {
   // Lists of names grow: an older file may name fewer values.
-  if (dataset.spec.type == ElementType::status || dataset.spec.type == ElementType::method ||
-      dataset.spec.type == ElementType::split || dataset.spec.type == ElementType::order_reason ||
-      dataset.spec.type == ElementType::color_source)
+  if (dataset.spec.type == ElementType::word)
     return H5Tget_class(stored) == H5T_ENUM && H5Tget_size(stored) == 1;
   return H5Tequal(make_type(dataset).get(), stored) > 0;
 }
@@ -148,16 +146,15 @@ StoredColumns StoreFileReader::read_columns(hid_t root) const {
   }
   if (!has_attribute(root, "columns")) return StoredColumns(std::move(columns));
   const std::vector<std::string> list = read_texts(root, "columns");
-  for (std::size_t c = 0; c < sample_column_names.size(); ++c) {
-    const auto column = static_cast<SampleColumn>(c);
-    // Both arrays of tensors stand in a folder.
-    const std::string name =
-        column == SampleColumn::tensor ? "tensor/direction" : std::string(name_of(column));
-    if (columns.applies(column) && std::find(list.begin(), list.end(), name) == list.end())
-      columns.leave_out(column);
+  const auto lists = [&](std::string_view name) {
+    return std::find(list.begin(), list.end(), name) != list.end();
+  };
+  for (std::size_t c = 0; c < sample_columns.size(); ++c) {
+    if (sample_columns[c].is_asked_for())
+      columns.asked[c] = columns.asked[c] || lists(sample_columns[c].name);
+    columns.left_out[c] = columns.applies(c) && !lists(sample_columns[c].name);
   }
   for (const std::string& name : list) {
-    if (name == "texcoord") columns.texcoord = true;
     if (!name.starts_with(attribute_prefix)) continue;
     const Hdf5Dataset dataset(H5Dopen2(file_.get(), name.c_str(), H5P_DEFAULT), "open /" + name);
     const std::vector<hsize_t> extents = extents_of(dataset.get());

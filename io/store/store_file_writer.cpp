@@ -158,7 +158,8 @@ void StoreFileWriter::create(const StoreHeader& header, std::span<const StorePac
   };
   const Hdf5Group anisotropy = group_of("anisotropy"), certificate = group_of("certificate");
   const StoreColumns& columns = *header.columns;
-  const Hdf5Group tensor = columns.has(SampleColumn::tensor) ? make_group(file_, "/tensor") : Hdf5Group();
+  const Hdf5Group tensor =
+      columns.has(&Samples::tensor_direction) ? make_group(file_, "/tensor") : Hdf5Group();
   const Hdf5Group attributes = columns.attributes.empty() ? Hdf5Group() : make_group(file_, "/attributes");
   const Hdf5Group items = make_group(file_, "/items");
   for (const DatasetLayout& dataset : layout_.datasets) {

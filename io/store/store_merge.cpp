@@ -41,7 +41,7 @@ struct OpenSource {
         reader.layout().datasets.size() != layout.datasets.size())
       refuse_source(source.path, "it belongs to another run");
     statuses.resize(rows.size());
-    reader.read_rows(layout.index_of(ElementType::status), first, rows.size(), statuses);
+    reader.read_rows(layout.index_of(status_path), first, rows.size(), statuses);
     if (layout.columns->has_names()) name_ends = reader.read_name_ends();
   }
 

@@ -7,6 +7,7 @@
 
 #include "io/file/file_descriptor.h"
 #include "io/store/store_file.h"
+#include "io/store/store_reader.h"
 
 namespace meander::store {
 

@@ -1,3 +1,5 @@
+#include "io/store/store_reader.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -55,7 +57,7 @@ Split ItemBlock::split(std::uint64_t row) const {
 }
 
 bool ItemBlock::is_ok(std::uint64_t row) const {
-  return columns_[layout_->index_of(ElementType::status)][row - begin_] == static_cast<std::byte>(Status::ok);
+  return columns_[layout_->index_of(status_path)][row - begin_] == static_cast<std::byte>(Status::ok);
 }
 
 ItemReport ItemBlock::report(std::uint64_t row) const {
@@ -70,10 +72,7 @@ ItemReport ItemBlock::report(std::uint64_t row) const {
     std::vector<std::byte> value(value_bytes(spec));
     std::memcpy(value.data(), columns_[d].data() + (row - begin_) * dataset.row_bytes, dataset.row_bytes);
     const auto number = std::to_integer<std::size_t>(value[0]);
-    if ((spec.type == ElementType::status && number >= status_names.size()) ||
-        (spec.type == ElementType::method && number >= method_names.size()) ||
-        (spec.type == ElementType::order_reason && number >= order_reason_names.size()) ||
-        (spec.type == ElementType::color_source && number >= color_source_names.size()))
+    if (spec.type == ElementType::word && number >= spec.words.size())
       throw RunError(RunError::Kind::unusable,
                      fmt::format("row {} has the unknown value {} in {}", row, number, spec.path));
     spec.get_item(value.data(), report);
@@ -439,45 +438,25 @@ StoreReader::StoreReader(const std::filesystem::path& store, StoreCheck check, c
 StoreReader::~StoreReader() = default;
 
 std::uint64_t StoreReader::rows() const { return state_->end - state_->begin; }
-std::uint32_t StoreReader::samples() const { return state_->facts().samples; }
+const StoreHeader& StoreReader::stated() const { return state_->facts(); }
 std::uint32_t StoreReader::format_version() const { return state_->facts().format_version; }
-const StoreColumns& StoreReader::columns() const { return *state_->facts().columns; }
 
-void StoreReader::require(SampleColumn column, std::string_view user) const {
+void StoreReader::require(std::size_t column, std::string_view user) const {
   if (columns().has(column)) return;
-  const std::string_view name = name_of(column);
-  if (!columns().applies(column))
-    throw RunError(RunError::Kind::unusable,
-                   fmt::format("{} has no `{}`, which {} needs: {}", state_->named.path.string(), name, user,
-                               columns().rows == RowKind::surfaces ? "its models are parametric surfaces"
-                               : column == SampleColumn::uv        ? "its models are meshes"
-                                                                   : "its samples are not anisotropic"));
-  throw RunError(RunError::Kind::unusable,
-                 fmt::format("{} has no `{}`, which {} needs: it was made with a --store that leaves it out "
-                             "(sample again without --store, or with --store ...,{})",
-                             state_->named.path.string(), name, user, name));
+  const std::string_view word = sample_columns.at(column).word();
+  const std::string why =
+      columns().applies(column)
+          ? fmt::format(
+                "it was made with a --store that leaves it out (sample again without --store, or with "
+                "--store ...,{})",
+                word)
+          : columns().why_without(column);
+  throw RunError(RunError::Kind::unusable, fmt::format("{} has no `{}`, which {} needs: {}",
+                                                       state_->named.path.string(), word, user, why));
 }
-std::uint32_t StoreReader::method_version() const { return state_->facts().method_version; }
-std::string StoreReader::tool_version() const { return state_->facts().tool_version; }
-std::uint64_t StoreReader::seed() const { return state_->facts().seed; }
-const std::string& StoreReader::order() const { return state_->facts().order; }
-Compression StoreReader::compression() const { return state_->facts().compression; }
-const std::string& StoreReader::parameters_json() const { return state_->facts().parameters_json; }
-const std::vector<std::string>& StoreReader::label_names() const { return state_->facts().label_names; }
-const std::vector<DescriptorSchema>& StoreReader::descriptors() const { return state_->facts().descriptors; }
 
 StoreHeader StoreReader::header() const {
-  StoreHeader header;
-  header.columns = state_->facts().columns;
-  header.samples = samples();
-  header.compression = compression();
-  header.seed = seed();
-  header.order = order();
-  header.parameters_json = parameters_json();
-  header.label_names = label_names();
-  header.descriptors = descriptors();
-  header.method_version = method_version();
-  header.tool_version = tool_version();
+  StoreHeader header = stated();
   for (std::uint64_t row = 0; row < rows(); ++row) {
     header.ids.push_back(id(row));
     header.labels.push_back(label(row));

@@ -1,6 +1,5 @@
 // HDF5 types, spaces, properties and attributes of the schema, as writer and reader both need them.
 #include <algorithm>
-#include <array>
 
 #include "io/store/store_file.h"
 
@@ -8,10 +7,9 @@ namespace meander::store {
 
 namespace {
 
-template <std::size_t Count>
-Hdf5Type make_enum(const std::array<std::string_view, Count>& names) {
+Hdf5Type make_enum(std::span<const std::string_view> names) {
   Hdf5Type type(H5Tenum_create(H5T_STD_U8LE), "make an enum type");
-  for (std::size_t i = 0; i < Count; ++i) {
+  for (std::size_t i = 0; i < names.size(); ++i) {
     const auto value = static_cast<std::uint8_t>(i);
     hdf5_check(H5Tenum_insert(type.get(), std::string(names[i]).c_str(), &value), "name an enum value");
   }
@@ -61,16 +59,8 @@ Hdf5Type make_type(const DatasetLayout& dataset) {
       return copy_type(H5T_STD_U32LE);
     case ElementType::u64:
       return copy_type(H5T_STD_U64LE);
-    case ElementType::status:
-      return make_enum(status_names);
-    case ElementType::method:
-      return make_enum(method_names);
-    case ElementType::split:
-      return make_enum(split_names);
-    case ElementType::order_reason:
-      return make_enum(order_reason_names);
-    case ElementType::color_source:
-      return make_enum(color_source_names);
+    case ElementType::word:
+      return make_enum(dataset.spec.words);
     case ElementType::text:
       return make_text_type(dataset.text_width);
   }

@@ -1,3 +1,5 @@
+#include "io/store/store_verify.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -12,6 +14,7 @@
 #include "io/store/item_block.h"
 #include "io/store/row_ranges.h"
 #include "io/store/store_file.h"
+#include "io/store/store_reader.h"
 #include "kernels/core/parallel.h"
 
 namespace meander {
@@ -77,9 +80,10 @@ class RowChecker {
                                 [this](const std::string& what) { complain("{} {}", name_, what); });
     if (spec.type != ElementType::u32) return;  // every byte is a colour
     const std::vector<std::uint32_t> numbers = numbers_of<std::uint32_t>(values);
-    if (spec.path == "/face") check_below(spec, numbers, report_.faces);
-    if (spec.path == "/corners") check_below(spec, numbers, report_.vertices);
-    if (spec.path == "/curve_rank") check_permutation(spec, numbers, count);
+    const Values values_are = spec.column == nullptr ? Values::any : spec.column->values;
+    if (values_are == Values::faces) check_below(spec, numbers, report_.faces);
+    if (values_are == Values::vertices) check_below(spec, numbers, report_.vertices);
+    if (values_are == Values::ranks) check_permutation(spec, numbers, count);
   }
 
   template <class... Arguments>
@@ -270,17 +274,15 @@ class Verifier {
       RowChecker checker(name, *report, layout_.columns, problems);
       for (std::size_t d = 0; d < layout_.datasets.size(); ++d) {
         const DatasetLayout& dataset = layout_.datasets[d];
-        if (dataset.spec.role == Role::samples)
-          check_long_column(row, d, is_chosen(dataset.spec), checker);
+        if (dataset.spec.role ==
+            Role::samples)  // lacks says that some value is missing: it needs all of them
+          check_long_column(row, d, dataset.spec.lacks_bit.has_value(), checker);
         else if (!values_[d].empty() && usable_[d])
           checker.check(dataset.spec, values_[d], dataset.row_bytes / value_bytes(dataset.spec));
       }
     }
     for (const std::string& problem : problems) complain("{}", problem);
   }
-
-  // Whether it says something of a column that one of its samples has no value.
-  static bool is_chosen(const DatasetSpec& spec) { return spec.lacks_bit.has_value(); }
 
   // whole: its values are checked together.
   void check_long_column(std::uint64_t row, std::size_t d, bool whole, RowChecker& checker) {

@@ -14,6 +14,20 @@ namespace meander {
 // ("<f4", "|u1"). The values begin at a multiple of 64 bytes.
 std::string npy_header(std::string_view type, std::span<const std::uint64_t> shape);
 
+// The type of numbers, as numpy writes it; empty for others.
+template <class Number>
+constexpr std::string_view numpy_type = "";
+template <>
+inline constexpr std::string_view numpy_type<float> = "<f4";
+template <>
+inline constexpr std::string_view numpy_type<double> = "<f8";
+template <>
+inline constexpr std::string_view numpy_type<std::int32_t> = "<i4";
+template <>
+inline constexpr std::string_view numpy_type<std::uint32_t> = "<u4";
+template <>
+inline constexpr std::string_view numpy_type<std::uint8_t> = "|u1";
+
 // The contents of the header of a file.
 struct NpyHeader {
   std::string type;                  // "<f8"; empty for values with fields

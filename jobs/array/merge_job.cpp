@@ -117,8 +117,6 @@ int merge_array(const std::string& store, const MergeOptions& merging, const Lab
 
 // ---- Finished stores --------------------------------------------------------------------------------------
 
-constexpr const char* purpose_merge = "merge stores";
-
 class StoreMerge {
  public:
   explicit StoreMerge(const MergeOptions& options) : options_(options) {}
@@ -126,7 +124,7 @@ class StoreMerge {
   int run() {
     const std::vector<fs::path> read(options_.inputs.begin(), options_.inputs.end());
     check_run_outputs(options_.output, options_.fresh, read);
-    if (!options_.fresh) refuse_finished_store(options_.output, purpose_merge);
+    if (!options_.fresh) refuse_finished_store(options_.output, RunPurpose::merge);
     if (options_.fresh) discard_run(options_.output);
     for (const std::string& path : options_.inputs)
       stores_.push_back(std::make_unique<StoreReader>(path, options_.check));
@@ -213,7 +211,7 @@ class StoreMerge {
       if (splits) header.splits.push_back(store.split(place.second));
       source_.push_back(place);
     }
-    return {header, purpose_merge, {}};
+    return {header, RunPurpose::merge, {}};
   }
 
   const MergeOptions& options_;

@@ -58,7 +58,7 @@ class PlanJob {
                    cut_into_shards(costs, count),
                    shards_per_task(count, options_.max_tasks)};
     const std::string script = script_of(array);
-    create_run_array(run_.store, array, {header, purpose_sample, inputs.root.string()},
+    create_run_array(run_.store, array, {header, RunPurpose::sample, inputs.root.string()},
                      [&](std::size_t s, const fs::path& folder) {
                        write_shard_items(
                            folder,

@@ -21,7 +21,7 @@
 #include "io/json/json_reader.h"
 #include "io/json_writer.h"
 #include "io/parameters_text.h"
-#include "io/store/store.h"
+#include "io/store/run_plan.h"
 #include "jobs/cli/usage_error.h"
 
 namespace meander {
@@ -166,7 +166,7 @@ void check_store_output(const fs::path& store, bool fresh, OutputGuard& guard) {
   check_run_folder(with_suffix(store, ".run"));
 }
 
-void refuse_finished_store(const fs::path& store, std::string_view purpose) {
+void refuse_finished_store(const fs::path& store, RunPurpose purpose) {
   if (!fs::exists(store)) return;
   const std::optional<RunPlan> begun = read_run_plan(store);
   if (!begun || begun->purpose != purpose)

@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "io/file_kind.h"
+#include "io/store/run_plan.h"
 #include "pipeline/sampling_graph.h"
 
 namespace meander {
@@ -79,7 +80,7 @@ void check_store_output(const std::filesystem::path& store, bool fresh, OutputGu
 // Throws UsageError when the store exists, for a job that makes new stores without --fresh. A store with a
 // run for `purpose` (RunPlan::purpose) beside it passes: the process of that run died after it had given the
 // store its name, and the run is finished again.
-void refuse_finished_store(const std::filesystem::path& store, std::string_view purpose);
+void refuse_finished_store(const std::filesystem::path& store, RunPurpose purpose);
 
 // Checks everything that `meander run` writes: the store, STORE.run.json and STORE.failed.txt. `inputs`: all
 // files that the run reads, see input_files.

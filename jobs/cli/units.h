@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-#include "io/store/store.h"
+#include "io/store/store_reader.h"
 
 namespace meander {
 

@@ -14,7 +14,8 @@
 #include <vector>
 
 #include "io/json_writer.h"
-#include "io/store/store.h"
+#include "io/store/run_directory.h"
+#include "io/store/store_reader.h"
 #include "jobs/cli/command_line.h"
 #include "jobs/cli/exit_status.h"
 #include "jobs/cli/jobs.h"
@@ -155,7 +156,7 @@ class DescribeJob {
     describer_.timeout_seconds = options_.timeout_seconds;
     check_described_output(options_, meshes_.files_read());
     if (options_.fresh) discard_run(output_);
-    directory_ = std::make_unique<RunDirectory>(output_, RunPlan{header_, purpose_describe});
+    directory_ = std::make_unique<RunDirectory>(output_, RunPlan{header_, RunPurpose::describe});
     const oneapi::tbb::global_control threads(oneapi::tbb::global_control::max_allowed_parallelism,
                                               static_cast<std::size_t>(options_.threads));
     try_suspects();

@@ -8,7 +8,8 @@
 #include <system_error>
 
 #include "io/parameters_text.h"
-#include "io/store/store.h"
+#include "io/store/run_plan.h"
+#include "io/store/store_reader.h"
 #include "jobs/cli/command_line.h"
 #include "jobs/cli/output_guard.h"
 #include "jobs/cli/settings.h"
@@ -81,7 +82,7 @@ std::optional<StoreHeader> done_before(const StoreReader& store, const DescribeO
   const fs::path output = described_output(options);
   if (options.fresh || options.replace || output != fs::path(options.store)) return std::nullopt;
   std::optional<RunPlan> begun = read_run_plan(output);
-  if (!begun || begun->purpose != purpose_describe ||
+  if (!begun || begun->purpose != RunPurpose::describe ||
       begun->header.parameters_json != store.parameters_json())
     return std::nullopt;
   const std::vector<DescriptorSchema>& there = store.descriptors();
@@ -159,13 +160,13 @@ void resolve_describe_options(DescribeOptions& options) {
   if (!problems.empty()) throw UsageError(fmt::format("{}", fmt::join(problems, "\n")));
 }
 
-// The columns that a descriptor is computed from, besides the points.
-std::vector<SampleColumn> columns_for(Descriptor descriptor) {
-  std::vector<SampleColumn> columns;
-  if (needs_mesh(descriptor)) columns = {SampleColumn::face, SampleColumn::corners};
-  if (group_of(descriptor).needs_triangles) columns.push_back(SampleColumn::barycentric);
-  if (descriptor == Descriptor::shapedna) columns.push_back(SampleColumn::curve_rank);
-  if (descriptor == Descriptor::pairs_unsigned) columns.push_back(SampleColumn::normals);
+// The columns that a descriptor is made from, beside the points.
+ColumnSet columns_for(Descriptor descriptor) {
+  ColumnSet columns;
+  columns[&Samples::face] = columns[&Samples::corners] = needs_mesh(descriptor);
+  columns[&Samples::barycentric] = group_of(descriptor).needs_triangles;
+  columns[&Samples::curve_rank] = descriptor == Descriptor::shapedna;
+  columns[&Samples::normals] = descriptor == Descriptor::pairs_unsigned;
   return columns;
 }
 
@@ -178,8 +179,9 @@ std::unique_ptr<StoreReader> open_described_store(const DescribeOptions& options
     throw UsageError("`" + options.store + "` is a store of parametric surfaces: there are no meshes for " +
                      described_by_meshes());
   for (const Descriptor descriptor : options.describe.descriptors)
-    for (const SampleColumn column : columns_for(descriptor))
-      store->require(column, fmt::format("the descriptor {}", name_of(descriptor)));
+    for (std::size_t c = 0; c < sample_columns.size(); ++c)
+      if (columns_for(descriptor)[c])
+        store->require(c, fmt::format("the descriptor {}", name_of(descriptor)));
   return store;
 }
 
@@ -199,7 +201,7 @@ void check_described_output(const DescribeOptions& options, std::span<const fs::
   guard.protect(files_read);
   if (!in_place) guard.protect(options.store, "the store itself");
   check_store_output(output, options.fresh, guard);
-  if (!in_place && !options.fresh) refuse_finished_store(output, purpose_describe);
+  if (!in_place && !options.fresh) refuse_finished_store(output, RunPurpose::describe);
 }
 
 void add_describe_command(Command& program, DescribeOptions& options) {

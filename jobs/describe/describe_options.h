@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "io/store/store.h"
+#include "io/store/store_reader.h"
 #include "jobs/cli/jobs.h"
 #include "jobs/cli/settings.h"
 #include "jobs/cli/work_options.h"
@@ -29,9 +29,6 @@ struct DescribeOptions : WorkOptions {
   bool replace = false, fresh = false;
   StoreCheck check = StoreCheck::every_byte;
 };
-
-// The RunPlan::purpose of its run.
-inline constexpr const char* purpose_describe = "describe its rows";
 
 // Adds the subcommand; its options are written to `options` when the command line is parsed.
 void add_describe_command(Command& program, DescribeOptions& options);

@@ -4,7 +4,8 @@
 #include <functional>
 #include <string_view>
 
-#include "io/store/store.h"
+#include "io/store/run_directory.h"
+#include "io/store/store_reader.h"
 #include "kernels/core/failure.h"
 #include "pipeline/sampling_graph.h"
 

@@ -25,26 +25,33 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const std::vector<std::string> array_names = {"points",     "normals", "rgb",         "points_rgb",
-                                              "face_index", "corners", "barycentric", "uv",
-                                              "curve_rank", "density", "texcoord"};
+constexpr std::string_view colored_points = "points_rgb";
+
+// The names of arrays, apart from `attribute:NAME`.
+std::vector<std::string> array_names() {
+  std::vector<std::string> names;
+  for (const SampleColumn& column : sample_columns) names.push_back(column.array_name());
+  names.emplace_back(colored_points);
+  return names;
+}
 constexpr std::string_view attribute_word = "attribute:";
 
 // Names of arrays, where a list is the names and `attribute:NAME`.
 std::string array_problem(const std::string& name) {
   if (name.starts_with(attribute_word)) return {};
-  if (std::find(array_names.begin(), array_names.end(), name) != array_names.end()) return {};
-  const std::string near = nearest(name, array_names);
-  return fmt::format("--arrays: `{}` is none of {}, attribute:NAME{}", name, fmt::join(array_names, ", "),
+  const std::vector<std::string> names = array_names();
+  if (std::find(names.begin(), names.end(), name) != names.end()) return {};
+  const std::string near = nearest(name, names);
+  return fmt::format("--arrays: `{}` is none of {}, attribute:NAME{}", name, fmt::join(names, ", "),
                      near.empty() ? "" : fmt::format("; did you mean `{}`?", near));
 }
 
-// The column of a store that an array of this name is made of, of those that may be left out.
-std::optional<SampleColumn> column_of_array(std::string_view name) {
-  if (name == "face_index") name = name_of(SampleColumn::face);
-  const auto at = std::find(sample_column_names.begin(), sample_column_names.end(), name);
-  if (at == sample_column_names.end()) return std::nullopt;
-  return static_cast<SampleColumn>(at - sample_column_names.begin());
+// The column that an array of this name, none of those of attributes, is made of.
+std::size_t column_of_array(std::string_view name) {
+  if (name == colored_points) return column_of(&Samples::rgb);
+  std::size_t c = 0;
+  while (sample_columns.at(c).array_name() != name) ++c;
+  return c;
 }
 
 // The place among the attributes of a store; none where it has no such.
@@ -60,20 +67,24 @@ std::string file_word(std::string name) {
   return name;
 }
 
-template <class Number>
-std::string npy_file(std::string_view type, std::span<const Number> values, std::uint64_t columns) {
+template <class Value>
+std::string npy_file(std::span<const Value> values, std::uint64_t columns) {
   std::vector<std::uint64_t> shape = {values.size() / columns};
   if (columns > 1) shape.push_back(columns);
-  std::string file = npy_header(type, shape);
+  std::string file = npy_header(numpy_type<Value>, shape);
   file.append(reinterpret_cast<const char*>(values.data()), values.size_bytes());
   return file;
+}
+template <class Value>
+std::string npy_file(const std::vector<Value>& values, std::uint64_t columns) {
+  return npy_file(std::span<const Value>(values), columns);
 }
 
 // The array with coordinates in the frame, of their type: float32 as stored, float64 of the file.
 template <class Make>
 std::string in_frame(PointFrame frame, const Row& row, const Make& make) {
-  if (frame == PointFrame::stored) return make("<f4", std::span<const float>(row.samples.points));
-  return make("<f8", std::span<const double>(file_points(row.report, row.samples.points)));
+  if (frame == PointFrame::stored) return make(std::span<const float>(row.samples.points));
+  return make(std::span<const double>(file_points(row.report, row.samples.points)));
 }
 
 // Coordinates, then red, green and blue from 0 to 1.
@@ -90,34 +101,20 @@ std::vector<Number> points_and_colors(std::span<const Number> points, std::span<
 
 std::string npy_of(const std::string& name, const StoreColumns& columns, PointFrame frame, const Row& row) {
   const Samples& samples = row.samples;
-  const auto floats = [](const std::vector<float>& values, std::uint64_t width) {
-    return npy_file("<f4", std::span<const float>(values), width);
-  };
-  const auto numbers = [](const std::vector<std::uint32_t>& values, std::uint64_t width) {
-    return npy_file("<u4", std::span<const std::uint32_t>(values), width);
-  };
-  if (name == "points")
-    return in_frame(frame, row, [](std::string_view type, auto points) { return npy_file(type, points, 3); });
-  if (name == "normals") return floats(samples.normals, 3);
-  if (name == "rgb") return npy_file("|u1", std::span<const std::uint8_t>(samples.rgb), 3);
-  if (name == "points_rgb")
-    return in_frame(frame, row, [&]<class Number>(std::string_view type, std::span<const Number> points) {
-      const std::vector<Number> values = points_and_colors(points, std::span(samples.rgb));
-      return npy_file(type, std::span<const Number>(values), 6);
-    });
-  if (name == "face_index") return numbers(samples.face, 1);
-  if (name == "corners") return numbers(samples.corners, 3);
-  if (name == "barycentric") return floats(samples.barycentric, 2);
-  if (name == "uv") return floats(samples.uv, 2);
-  if (name == "curve_rank") return numbers(samples.curve_rank, 1);
-  if (name == "texcoord") return floats(samples.texcoord, 2);
   if (name.starts_with(attribute_word)) {
     const std::size_t i = *attribute_of_array(columns, name);
-    if (columns.attributes[i].is_classes())
-      return npy_file("<i4", std::span<const std::int32_t>(samples.classes[i]), columns.attributes[i].width);
-    return floats(samples.attributes[i], columns.attributes[i].width);
+    const std::uint32_t width = columns.attributes[i].width;
+    return columns.attributes[i].is_classes() ? npy_file(samples.classes[i], width)
+                                              : npy_file(samples.attributes[i], width);
   }
-  return floats(samples.density, 1);
+  if (name == "points") return in_frame(frame, row, [](auto points) { return npy_file(points, 3); });
+  if (name == colored_points)
+    return in_frame(frame, row, [&]<class Number>(std::span<const Number> points) {
+      return npy_file(points_and_colors(points, std::span(samples.rgb)), 6);
+    });
+  const SampleColumn& column = sample_columns[column_of_array(name)];
+  return with_array(column, samples,
+                    [&](const auto& values) { return npy_file(values, column.values_each()); });
 }
 
 // A text as an array of numpy without dimensions.
@@ -212,7 +209,7 @@ void add_array_export_options(const Command& whole, ArrayExport& options) {
           fmt::format("npz, webdataset: arrays, separated by commas (default: points,normals and, of "
                       "a store with colours, rgb): {}, attribute:NAME; points_rgb: N x 6, the colours "
                       "from 0 to 1",
-                      fmt::join(array_names, ", ")))
+                      fmt::join(array_names(), ", ")))
       .separator(',');
   command
       .add_option("--shard-bytes", options.shard_bytes,
@@ -233,28 +230,21 @@ void check_array_export(const ArrayExport& options, const std::string& format) {
 
 std::vector<std::string> chosen_arrays(const StoreReader& store, const ArrayExport& options) {
   const StoreColumns& columns = store.columns();
-  const bool colors = columns.colors, surfaces = columns.rows == RowKind::surfaces;
   std::vector<std::string> chosen;
   for (const std::string& name : options.arrays) {
-    if (!colors && (name == "rgb" || name == "points_rgb"))
-      throw UsageError("--arrays: the store has no `" + name + "`: it was made without --colors");
-    if (surfaces && (name == "face_index" || name == "corners" || name == "barycentric"))
-      throw UsageError("--arrays: the store has no `" + name + "`: its models are parametric surfaces");
-    if (!columns.texcoord && name == "texcoord")
-      throw UsageError("--arrays: the store has no `texcoord`: it was made without --texcoord");
-    if (name.starts_with(attribute_word) && !attribute_of_array(columns, name))
+    if (!name.starts_with(attribute_word))
+      store.require(column_of_array(name), fmt::format("--arrays {}", name));
+    else if (!attribute_of_array(columns, name))
       throw UsageError(
           fmt::format("--arrays: the store has no attribute `{0}`: it was made without "
                       "`--attribute {0}`",
                       name.substr(attribute_word.size())));
-    if (!surfaces && name == "uv") throw UsageError("--arrays: the store has no `uv`: its models are meshes");
-    if (const auto column = column_of_array(name)) store.require(*column, fmt::format("--arrays {}", name));
     if (std::find(chosen.begin(), chosen.end(), name) == chosen.end()) chosen.push_back(name);
   }
   if (!chosen.empty()) return chosen;
   chosen = {"points"};
-  if (columns.has(SampleColumn::normals)) chosen.emplace_back("normals");
-  if (colors) chosen.emplace_back("rgb");
+  if (columns.has(&Samples::normals)) chosen.emplace_back("normals");
+  if (columns.has(&Samples::rgb)) chosen.emplace_back("rgb");
   return chosen;
 }
 
@@ -265,7 +255,7 @@ void write_npz(const PutBytes& put, const StoreColumns& columns, const std::vect
     for (const std::string& name : arrays)
       zip.add(file_word(name) + ".npy", {npy_of(name, columns, frame, row)});
     zip.add("frame.npy", {npy_text(name_of(frame))});
-    zip.add("loc.npy", {npy_file("<f8", std::span<const double>(row.report.loc), 1)});
+    zip.add("loc.npy", {npy_file(std::span<const double>(row.report.loc), 1)});
     const std::string_view scale(reinterpret_cast<const char*>(&row.report.scale), sizeof(double));
     zip.add("scale.npy", {npy_header("<f8", {}), scale});
     zip.finish();

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "io/archive/archive_writers.h"
-#include "io/store/store.h"
+#include "io/store/store_reader.h"
 
 namespace meander {
 

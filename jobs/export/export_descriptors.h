@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "io/store/store.h"
+#include "io/store/store_reader.h"
 #include "jobs/cli/output_guard.h"
 
 namespace meander {

@@ -13,7 +13,7 @@
 #include "io/json_writer.h"
 #include "io/mesh/mesh_reader.h"
 #include "io/mesh/point_writer.h"
-#include "io/store/store.h"
+#include "io/store/pointnet_export.h"
 #include "jobs/cli/command_line.h"
 #include "jobs/cli/exit_status.h"
 #include "jobs/cli/jobs.h"
@@ -163,7 +163,7 @@ void refuse_folders_of_meshes(const std::vector<fs::path>& outputs) {
 int export_points(const StoreReader& store, const std::vector<std::uint64_t>& rows,
                   const ExportOptions& options, OutputGuard& guard) {
   const std::vector<std::string> arrays = chosen_arrays(store, options.arrays);
-  if (options.format == "xyz") store.require(SampleColumn::normals, "--format xyz");
+  if (options.format == "xyz") store.require(&Samples::normals, "--format xyz");
   const auto write_row = [&](const PutBytes& put, std::uint64_t row) {
     const Row content = store.read_row(row);
     if (options.format == "npz")

@@ -59,8 +59,9 @@ class PageFacts {
  public:
   PageFacts(const StoreReader& store, const std::string& store_name, const PageExport& options)
       : store_(store) {
-    for (const SampleColumn column : {SampleColumn::normals, SampleColumn::density, SampleColumn::curve_rank})
-      store.require(column, "--html");
+    store.require(&Samples::normals, "--html");
+    store.require(&Samples::density, "--html");
+    store.require(&Samples::curve_rank, "--html");
     choose_rows(options);
     choose_points(options);
     for (const DescriptorSchema& schema : store.descriptors())

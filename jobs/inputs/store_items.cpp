@@ -73,7 +73,7 @@ std::string unfinished_work(const std::string& store) {
   if (!plan) return {};
   return fmt::format(
       "`{}.run` holds an unfinished run over {} models, begun to {}: the command that began it continues it",
-      store, plan->header.ids.size(), plan->purpose);
+      store, plan->header.ids.size(), purpose_text(*plan));
 }
 
 }  // namespace

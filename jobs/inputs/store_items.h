@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <string>
 
-#include "io/store/store.h"
+#include "io/store/store_reader.h"
 
 namespace meander {
 

@@ -9,10 +9,11 @@
 #include <vector>
 
 #include "io/digest.h"
+#include "io/item_json.h"
 #include "io/json/json_tree.h"
 #include "io/json_writer.h"
 #include "io/store/schema.h"
-#include "io/store/store.h"
+#include "io/store/store_reader.h"
 #include "jobs/cli/command_line.h"
 #include "jobs/cli/exit_status.h"
 #include "jobs/cli/jobs.h"
@@ -86,23 +87,12 @@ int show_item(const StoreReader& store, const InfoOptions& options) {
                  json.member("id", store.id(row));
                  json.member("status", name_of(r.status));
                  json.member("reason", r.reason);
-                 json.member("method", name_of(r.method));
-                 json.member("order_reason", name_of(r.order_reason));
                  json.member("label", label);
                  json.member("label_name", label_name);
                  json.member("split", name_of(store.split(row)));
-                 json.member("vertices", r.vertices);
-                 json.member("faces", r.faces);
-                 json.member("components", r.components);
-                 json.member("genus", r.genus);
-                 json.member("boundaries", r.boundaries);
-                 json.member("area", r.area);
-                 json.member("measure", r.measure);
-                 json.list("bbox", r.bbox);
-                 json.member("flips", r.flips);
-                 json.member("overlap", r.overlap);
-                 json.member("area_scale_range", r.area_scale_range);
-                 json.member("distortion", r.distortion);
+                 for (const ItemColumn& column : item_columns)
+                   if (column.is_in_info() && store.columns().has(column))
+                     write_item(json, column, r, [&](double number) { json.value(number); });
                  if (store.columns().chosen_count() > 0)
                    json.list("lacks", lacking_columns(store.columns(), r));
                  if (store.columns().has_names()) {
@@ -110,21 +100,6 @@ int show_item(const StoreReader& store, const InfoOptions& options) {
                      for (const auto& [attribute, names] : class_names(store, row))
                        json.list(attribute, names);
                    });
-                 }
-                 json.member("file_bytes", r.file_bytes);
-                 json.member("content_sha256", hex_text(r.content_sha256));
-                 json.object("repairs", [&] {
-                   for (std::size_t i = 0; i < repair_count; ++i)
-                     if (r.repairs.counts[i] > 0) json.member(repair_names[i], r.repairs.counts[i]);
-                 });
-                 json.object("notes", [&] {
-                   for (std::size_t n = 0; n < note_count; ++n)
-                     if (r.notes[n] > 0) json.member(note_names[n], r.notes[n]);
-                 });
-                 json.member("note_text", r.note_text);
-                 if (store.columns().colors) {
-                   json.member("color_source", name_of(r.color_source));
-                   json.member("color_fills", r.color_fills);
                  }
                }));
     return exit_done;
@@ -159,7 +134,7 @@ int show_item(const StoreReader& store, const InfoOptions& options) {
     if (r.notes[n] > 0)
       fmt::print("  note              {} {}: {}\n", note_names[n], r.notes[n],
                  clause_of(r.note_text, static_cast<Note>(n)));
-  if (store.columns().colors)
+  if (store.columns().has(&Samples::rgb))
     fmt::print("  colors            {}, {} of {} samples have the fill {}\n", name_of(r.color_source),
                r.color_fills, store.samples(), color_fill);
   if (r.lacks != 0)

@@ -5,7 +5,7 @@
 #include <memory>
 
 #include "io/json_writer.h"
-#include "io/store/store.h"
+#include "io/store/store_verify.h"
 #include "jobs/cli/command_line.h"
 #include "jobs/cli/exit_status.h"
 #include "jobs/cli/jobs.h"

@@ -10,7 +10,7 @@
 #include "io/archive/model_bytes.h"
 #include "io/mesh/mesh_reader.h"
 #include "io/mesh/point_reader.h"
-#include "io/store/store.h"
+#include "io/store/store_reader.h"
 #include "jobs/cli/usage_error.h"
 #include "jobs/inputs/inputs.h"
 #include "jobs/inputs/store_items.h"
@@ -35,7 +35,7 @@ void set_density(std::vector<double> density, MeasuredSet& set) {
 
 MeasuredSet set_of_row(const StoreReader& store, const std::string& path, std::uint64_t number) {
   // A set of another density must not be measured as uniform: it would pass for a bad one.
-  store.require(SampleColumn::density, "`measure`");
+  store.require(&Samples::density, "`measure`");
   const Row row = store.read_row(number);
   MeasuredSet set;
   set.item = store.id(number);

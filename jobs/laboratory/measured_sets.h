@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "io/store/store.h"
+#include "io/store/store_reader.h"
 #include "kernels/analyse/point_location.h"
 #include "kernels/core/status.h"
 #include "kernels/core/vector3.h"

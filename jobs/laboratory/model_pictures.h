@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "io/plot/picture_sheet.h"
-#include "io/store/store.h"
+#include "io/store/store_reader.h"
 #include "jobs/laboratory/splat_models.h"
 #include "kernels/core/vector3.h"
 #include "pipeline/sampling_graph.h"

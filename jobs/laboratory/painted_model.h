@@ -6,7 +6,6 @@
 #include <string>
 #include <vector>
 
-#include "io/store/store.h"
 #include "kernels/model/sample_parameters.h"
 #include "kernels/rays/embree_locator.h"
 #include "kernels/render/stroke_picture.h"

@@ -97,9 +97,9 @@ int render_sheet(const RenderOptions& options) {
   if (options.inputs.empty() && (!options.collect.root.empty() || options.collect.null_lists))
     throw UsageError("--root and --null apply to lists in INPUT: give INPUT as well");
   const StoreReader store(options.store, options.check);
-  store.require(SampleColumn::normals, "`render`");
-  store.require(SampleColumn::density, "`render`");
-  if (look.color == SampleColor::rank) store.require(SampleColumn::curve_rank, "`render --color rank`");
+  store.require(&Samples::normals, "`render`");
+  store.require(&Samples::density, "`render`");
+  if (look.color == SampleColor::rank) store.require(&Samples::curve_rank, "`render --color rank`");
   OutputGuard guard;
   guard.protect(options.store, "the store itself");
   if (std::filesystem::path(options.output).extension() != ".png")

@@ -136,8 +136,8 @@ class Subjects {
           fmt::format("`{}` has no directions for strokes: make it with `meander run --method anisotropic`, "
                       "or give the meshes instead of it",
                       path));
-    store_->require(SampleColumn::tensor, "`render strokes`");
-    store_->require(SampleColumn::normals, "`render strokes`");
+    store_->require(&Samples::tensor_direction, "`render strokes`");
+    store_->require(&Samples::normals, "`render strokes`");
     for (const std::string& item : options.items) rows_.push_back(find_item(*store_, item));
     if (options.items.empty())
       for (std::uint64_t row = 0; row < std::min<std::uint64_t>(store_->rows(), max_pictures + 1); ++row)

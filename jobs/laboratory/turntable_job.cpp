@@ -112,8 +112,10 @@ int render_turntable(const TurntableOptions& options) {
         fmt::format("`{}` is in order of the curve: views are thinned from samples in progressive order, the "
                     "default of `run`",
                     options.store));
-  store.require(SampleColumn::normals, "`render turntable`");
-  store.require(store.columns().tensors ? SampleColumn::tensor : SampleColumn::density, "`render turntable`");
+  store.require(&Samples::normals, "`render turntable`");
+  store.require(
+      store.columns().tensors ? column_of(&Samples::tensor_direction) : column_of(&Samples::density),
+      "`render turntable`");
   check_memory(options, store);
   OutputGuard guard;
   guard.protect(options.store, "the store itself");

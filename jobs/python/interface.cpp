@@ -12,6 +12,7 @@
 #include "io/archive/model_bytes.h"
 #include "io/json_writer.h"
 #include "io/run_error.h"
+#include "io/table/npy_header.h"
 #include "jobs/cli/usage_error.h"
 #include "jobs/inputs/surface_sources.h"
 #include "jobs/python/array_mesh.h"
@@ -185,6 +186,26 @@ void add_settings(JsonWriter& json, std::span<const SettingList<Settings>* const
     }
 }
 
+// The columns of samples: {dataset, array, type, width, doc, always, in_python}.
+void add_columns(JsonWriter& json) {
+  const Samples none;
+  json.key("columns");
+  json.begin_array();
+  for (const SampleColumn& column : sample_columns) {
+    json.begin_object();
+    json.member("dataset", column.name);
+    json.member("array", column.array_name());
+    with_array(column, none,
+               [&]<class Value>(const std::vector<Value>&) { json.member("type", numpy_type<Value>); });
+    json.member("width", column.width);
+    json.member("doc", column.doc);
+    json.member("always", column.having == Having::all);
+    json.member("in_python", column.is_in_python());
+    json.end_object();
+  }
+  json.end_array();
+}
+
 }  // namespace
 
 const char* meander_about() {
@@ -194,9 +215,10 @@ const char* meander_about() {
     json.member("version", meander_version);
     add_names(json, "surfaces", surface_names());
     add_names(json, "descriptors", descriptor_names);
+    add_columns(json);
     json.key("mesh_settings");
     json.begin_array();
-    const SampleSettings* const mesh[] = {&point_settings(), &collection_settings()};
+    const SampleSettings* const mesh[] = {&point_settings(), &column_settings(), &collection_settings()};
     add_settings<SampleParameters>(json, mesh);
     json.end_array();
     json.key("surface_settings");

@@ -16,7 +16,8 @@ extern "C" {
 
 typedef struct meander_object meander_object;
 
-/* {"version": "0.1.0", "surfaces": [names], "descriptors": [names]} */
+/* {"version": "0.1.0", "surfaces": [names], "descriptors": [names], "columns": [...], "mesh_settings": [...],
+ * "surface_settings": [...]}, see interface.cpp */
 const char* meander_about(void);
 
 /* Why the last call from this thread failed: {"kind": ..., "text": ...}. Kinds: "sampling", a mesh that

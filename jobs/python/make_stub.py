@@ -8,6 +8,8 @@ import re
 import sys
 import textwrap
 
+import numpy
+
 sys.path.pop(0)  # this folder has the package's sources, without its library
 from meander import _core  # noqa: E402
 
@@ -27,6 +29,11 @@ def parameter(row):
                             '"%s"' % default if isinstance(default, str) else default)
 
 
+def column(row):
+    kind = "NDArray[numpy.%s]" % numpy.dtype(row["type"])
+    return "    %s: %s" % (row["array"], kind if row["always"] else "Optional[%s]" % kind)
+
+
 def wrapped(line):
     if len(line) <= 120 or not line.startswith("def "):
         return line
@@ -43,6 +50,9 @@ def stub():
     lines = []
     for line in open(os.path.join(FOLDER, "stub.pyi.in")):
         line = line.rstrip("\n")
+        if line == "    {columns}":
+            lines += (column(row) for row in _core.columns() if row["in_python"])
+            continue
         if line == "{aliases}":
             lines += aliases.values()
             continue

@@ -7,22 +7,13 @@
 #include <utility>
 
 #include "io/digest.h"
+#include "io/item_json.h"
 #include "io/json_writer.h"
+#include "io/table/npy_header.h"
 
 namespace meander {
 
 namespace {
-
-template <class Value>
-constexpr const char* type_text = nullptr;
-template <>
-constexpr const char* type_text<float> = "<f4";
-template <>
-constexpr const char* type_text<double> = "<f8";
-template <>
-constexpr const char* type_text<std::uint32_t> = "<u4";
-template <>
-constexpr const char* type_text<std::uint8_t> = "|u1";
 
 // n x columns (n where columns is 0) values.
 template <class Values>
@@ -30,7 +21,7 @@ void add_values(JsonWriter& json, std::string_view name, Values& values, std::ui
   json.key(name);
   json.begin_array();
   json.value(std::uint64_t{reinterpret_cast<std::uintptr_t>(values.data())});
-  json.value(type_text<typename Values::value_type>);
+  json.value(numpy_type<typename Values::value_type>);
   json.value(std::uint64_t{values.size() / std::max<std::uint64_t>(columns, 1)});
   if (columns > 0) json.value(columns);
   json.end_array();
@@ -45,23 +36,20 @@ void add_array(JsonWriter& json, std::string_view name, Values& values, std::uin
 }
 
 // As C writes it in hexadecimal: with every bit, and a number of this type to every reader.
-void add_number(JsonWriter& json, std::string_view name, double number) {
-  json.member(name, fmt::format("{:a}", number));
-}
+std::string exact_text(double number) { return fmt::format("{:a}", number); }
 
-void add_report(JsonWriter& json, const ItemReport& report) {
-  add_number(json, "area", report.area);
-  add_number(json, "measure", report.measure);
-  add_number(json, "scale", report.scale);
-  json.member("method", name_of(report.method));
-  json.member("components", report.components);
-  json.member("genus", report.genus);
-  json.member("boundaries", report.boundaries);
-  json.key("repairs");
-  json.begin_object();
-  for (std::size_t i = 0; i < repair_count; ++i)
-    if (report.repairs.counts[i] > 0) json.member(repair_names[i], report.repairs.counts[i]);
-  json.end_object();
+// Whether the value of a column is an array.
+bool is_array(const ItemColumn& column) { return type_of(column).width > 0 && type_of(column).names.empty(); }
+
+void add_item_array(JsonWriter& json, const ItemColumn& column, ItemReport& report) {
+  std::visit(
+      [&]<class Member>(Member member) {
+        if constexpr (std::is_same_v<Member, std::array<double, 3> ItemReport::*>)
+          add_values(json, column.short_name(), report.*member, 0);
+        if constexpr (std::is_same_v<Member, std::array<double, 6> ItemReport::*>)
+          add_values(json, column.short_name(), report.*member, 3);
+      },
+      column.member);
 }
 
 }  // namespace
@@ -86,25 +74,21 @@ std::string text_of(WeightedRow& weighted) {
   }
   json.key("arrays");
   json.begin_object();
-  add_array(json, "points", samples.points, 3);
-  add_array(json, "normals", samples.normals, 3);
-  add_array(json, "face_index", samples.face, 0);
-  add_array(json, "corners", samples.corners, 3);
-  add_array(json, "barycentric", samples.barycentric, 2);
-  add_array(json, "uv", samples.uv, 2);
-  add_array(json, "curve_rank", samples.curve_rank, 0);
-  add_array(json, "density", samples.density, 0);
+  for (const SampleColumn& column : sample_columns)
+    if (column.is_in_python())
+      with_array(column, samples,
+                 [&](auto& values) { add_array(json, column.array_name(), values, column.width); });
   add_array(json, "weights", weighted.weights, 0);
-  add_array(json, "tensor_direction", samples.tensor_direction, 3);
-  add_array(json, "tensor_spacing", samples.tensor_spacing, 2);
-  add_array(json, "bbox", row.report.bbox, 3);
-  add_array(json, "loc", row.report.loc, 0);
+  for (const ItemColumn& column : item_columns)
+    if (column.is_in_python() && is_array(column)) add_item_array(json, column, row.report);
   json.end_object();
   json.key("descriptors");
   json.begin_object();
   for (DescriptorRow& descriptor : row.descriptors) add_array(json, descriptor.name, descriptor.values, 0);
   json.end_object();
-  add_report(json, row.report);
+  for (const ItemColumn& column : item_columns)
+    if (column.is_in_python() && !is_array(column))
+      write_item(json, column, row.report, [&](double number) { json.value(exact_text(number)); });
   json.member("content", hex_text(weighted.sampled.content));
   json.end_object();
   return json.text();
@@ -139,7 +123,7 @@ std::string text_of(LaboratoryResult& result) {
   json.begin_object();
   json.key("numbers");
   json.begin_object();
-  for (const auto& [name, number] : result.numbers) add_number(json, name, number);
+  for (const auto& [name, number] : result.numbers) json.member(name, exact_text(number));
   json.end_object();
   json.key("arrays");
   json.begin_object();

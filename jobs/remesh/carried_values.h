@@ -33,9 +33,9 @@ struct CarriedValues {
   WrittenValues view() const;
 };
 
-// Of the samples what the stages of `run` made (color_samples, attribute_samples), of vertices of the surface
-// their own values, of vertices on edges what is linear between the two ends, of integers the value of the
-// nearer one. O(V).
+// Of the samples what the stages of `run` made (column_makers.h, sample_attributes.h), of vertices of the
+// surface their own values, of vertices on edges what is linear between the two ends, of integers the value
+// of the nearer one. O(V).
 CarriedValues carried_values(const Model& model, const RemeshedSurface& mesh, const CarriedColumns& columns);
 
 // The columns of which a model has no value at some vertices: the words of the options, separated by commas.

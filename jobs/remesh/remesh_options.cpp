@@ -89,7 +89,7 @@ void resolve_remesh_options(RemeshOptions& options) {
 
 CarriedColumns carried_columns(const RemeshOptions& options) {
   const SampleParameters& sample = options.run.sample;
-  return {sample.colors, sample.texcoord, sample.attributes};
+  return {sample.columns[&Samples::rgb], sample.columns[&Samples::texcoord], sample.attributes};
 }
 
 const char* extension_of(MeshFormat format) {

@@ -8,7 +8,6 @@
 #include <string>
 #include <vector>
 
-#include "io/store/store.h"
 #include "jobs/rows/retrieve_base.h"
 #include "kernels/retrieve/retrieval_scores.h"
 

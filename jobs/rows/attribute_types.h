@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "io/store/store.h"
+#include "io/store/store_columns.h"
 #include "pipeline/sampling_graph.h"
 
 namespace meander {

@@ -3,71 +3,69 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 
 namespace meander {
 
 namespace {
 
-constexpr std::array<SampleColumn, sample_column_names.size()> all_sample_columns = {
-    SampleColumn::normals, SampleColumn::face,       SampleColumn::corners, SampleColumn::barycentric,
-    SampleColumn::uv,      SampleColumn::curve_rank, SampleColumn::density, SampleColumn::tensor};
+constexpr std::string_view attributes_word = "attributes";
 
-// Columns that have options of their own.
-struct OwnOption {
-  std::string_view word, option;
-  bool (*asked)(const StoreColumns&);
-};
-constexpr std::array<OwnOption, 3> own_options = {
-    {{"rgb", "--colors", [](const StoreColumns& c) { return c.colors; }},
-     {"texcoord", "--texcoord", [](const StoreColumns& c) { return c.texcoord; }},
-     {"attributes", "--attribute", [](const StoreColumns& c) { return !c.attributes.empty(); }}}};
+// Whether --store can leave the column out.
+bool is_choice(const SampleColumn& column) { return !column.is_asked_for() && column.name != "points"; }
+
+void add_word(std::string_view word, std::vector<std::string>& words) {
+  if (words.empty() || words.back() != word) words.emplace_back(word);  // both tensors have one
+}
 
 }  // namespace
 
 void add_store_columns_option(Command command, RowKind rows, std::vector<std::string>& stored) {
   const bool surfaces = rows == RowKind::surfaces;
-  std::vector<std::string> words = {"points"};
-  for (const std::string_view name : sample_column_names) words.emplace_back(name);
-  for (const OwnOption& own : own_options) words.emplace_back(own.word);
-  if (surfaces) words = {"points", "normals", "uv", "curve_rank", "density"};
+  std::vector<std::string> words;
+  for (const SampleColumn& column : sample_columns)
+    if (!surfaces || column.having == Having::all || column.having == Having::surfaces)
+      add_word(column.word(), words);
+  if (!surfaces) words.emplace_back(attributes_word);
   command
       .add_option("--store", stored,
                   std::string("Columns of the samples to store, separated by commas (default: all); points "
                               "always are") +
-                      (surfaces ? "" : ", and what --colors, --texcoord and --attribute ask for"))
+                      (surfaces ? "" : ", and what other options ask for"))
       .separator(',')
       .one_at_a_time()
       .one_of(words);
 }
 
-std::uint32_t parse_left_out(const std::vector<std::string>& words, const StoreColumns& columns,
-                             std::vector<std::string>& problems) {
-  if (words.empty()) return 0;
+ColumnSet parse_left_out(const std::vector<std::string>& words, const StoreColumns& columns,
+                         std::vector<std::string>& problems) {
+  ColumnSet left_out;
+  if (words.empty()) return left_out;
   const auto named = [&](std::string_view word) {
     return std::find(words.begin(), words.end(), word) != words.end();
   };
-  StoreColumns stored = columns;
-  for (const SampleColumn column : all_sample_columns) {
-    const std::string_view name = name_of(column);
-    if (columns.applies(column) && !named(name)) stored.leave_out(column);
-    if (columns.applies(column) || !named(name)) continue;
-    if (column == SampleColumn::tensor)
-      problems.emplace_back("--store: `tensor` needs --method anisotropic");
-    else
-      problems.push_back(fmt::format("--store: only parametric surfaces have `{}`", name));
+  const auto complain = [&](std::string problem) {
+    if (problems.empty() || problems.back() != problem) problems.push_back(std::move(problem));
+  };
+  for (std::size_t c = 0; c < sample_columns.size(); ++c) {
+    const SampleColumn& column = sample_columns[c];
+    if (columns.applies(c))
+      left_out[c] = is_choice(column) && !named(column.word());
+    else if (named(column.word()))
+      complain(column.is_asked_for() ? fmt::format("--store: `{}` needs --{}", column.word(), column.option)
+               : column.having == Having::tensors
+                   ? fmt::format("--store: `{}` needs --method anisotropic", column.word())
+                   : fmt::format("--store: only parametric surfaces have `{}`", column.word()));
   }
-  for (const OwnOption& own : own_options)
-    if (named(own.word) && !own.asked(columns))
-      problems.push_back(fmt::format("--store: `{}` needs {}", own.word, own.option));
-  return stored.left_out;
+  if (named(attributes_word) && columns.attributes.empty())
+    complain(fmt::format("--store: `{}` needs --attribute", attributes_word));
+  return left_out;
 }
 
 std::string stored_words(const StoreColumns& columns) {
-  std::string words = "points";
-  for (const SampleColumn column : all_sample_columns)
-    if (columns.has(column)) words += "," + std::string(name_of(column));
-  return words;
+  std::vector<std::string> words = {"points"};
+  for (std::size_t c = 0; c < sample_columns.size(); ++c)
+    if (is_choice(sample_columns[c]) && columns.has(c)) add_word(sample_columns[c].word(), words);
+  return fmt::format("{}", fmt::join(words, ","));
 }
 
 }  // namespace meander

@@ -8,7 +8,6 @@
 #include <string>
 #include <vector>
 
-#include "io/store/store.h"
 #include "jobs/inputs/input_options.h"
 #include "pipeline/sampling_graph.h"
 

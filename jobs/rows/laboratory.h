@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "io/store/store.h"
+#include "io/store/store_reader.h"
 #include "io/table/table.h"
 #include "jobs/cli/jobs.h"
 #include "jobs/rows/retrieve_base.h"

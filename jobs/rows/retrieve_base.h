@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "io/json_writer.h"
-#include "io/store/store.h"
+#include "io/store/store_reader.h"
 #include "jobs/cli/command_line.h"
 #include "jobs/rows/described_rows.h"
 #include "kernels/retrieve/descriptor_distance.h"

@@ -20,8 +20,7 @@ namespace meander {
 StoreColumns columns_of(const RunOptions& options) {
   StoreColumns columns;
   columns.tensors = method_of(options.sample).follows_tensor;
-  columns.colors = options.sample.colors;
-  columns.texcoord = options.sample.texcoord;
+  columns.asked = options.sample.columns;
   columns.attributes = options.sample.attributes;
   columns.left_out = options.left_out;
   return columns;
@@ -44,7 +43,7 @@ const RunSettings& row_settings() {
         compression_words, "shuffle + deflate + checksum, or checksum only");
     // The option is one of columns: see add_store_columns_option.
     made.constant("store", [](const RunOptions& options) { return stored_words(columns_of(options)); })
-        .only_recorded([](const RunOptions& options) { return options.left_out != 0; });
+        .only_recorded([](const RunOptions& options) { return !options.left_out.empty(); });
     return made;
   }();
   return list;
@@ -120,6 +119,7 @@ void add_store_options(Command& command, RunOptions& options, RunOptionTexts& te
   texts.settings.add(command, row_settings(), options);
   Command collection = command.under("Collection");
   texts.settings.add(collection, value_settings(), options.sample);
+  texts.settings.add(collection, column_settings(), options.sample);
   add_store_columns_option(collection, RowKind::meshes, texts.stored);
   add_list_options(collection, options.collect);
   add_label_options(collection, options.collect);
@@ -189,12 +189,12 @@ void resolve_run_options(RunOptions& options, const RunOptionTexts& texts, const
   check_attributes(options, problems);
   options.left_out = parse_left_out(texts.stored, columns_of(options), problems);
   // What the images are is then in the store too: rows of another image are other rows.
-  if (reads_textures(sample.density.kind)) sample.colors = true;
+  if (reads_textures(sample.density.kind)) sample.columns[&Samples::rgb] = true;
   if (!method_of(sample).makes_charts && sample.locate != LocatorKind::embree)
     problems.push_back(
         fmt::format("--method {} has no location step: leave --locate out, or name a method with charts",
                     method_of(sample).text));
-  if (!sample.colors && sample.strict != every_note && (sample.strict & color_notes) != 0)
+  if (!sample.columns[&Samples::rgb] && sample.strict != every_note && (sample.strict & color_notes) != 0)
     problems.push_back(fmt::format("--strict {}: notes on colours are taken with --colors only",
                                    words_of(sample.strict & color_notes)));
   for (const std::string& problem : validate(sample)) problems.push_back(problem);
@@ -213,8 +213,8 @@ void resolve_run_options(RunOptions& options, const RunOptionTexts& texts, const
 
 std::string recorded_parameters(const RunOptions& options) {
   RecordedSettings recorded;
-  for (const SampleSettings* const list : {&point_settings(), &value_settings(), &collection_settings(),
-                                           &sampling_constants(), &chart_constants()})
+  for (const SampleSettings* const list : {&point_settings(), &value_settings(), &column_settings(),
+                                           &collection_settings(), &sampling_constants(), &chart_constants()})
     record(*list, options.sample, recorded);
   record(row_settings(), options, recorded);
   return json_of(std::move(recorded));

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "io/store/store.h"
+#include "io/store/store_reader.h"
 #include "jobs/cli/settings.h"
 #include "jobs/cli/usage_error.h"
 #include "jobs/cli/work_options.h"
@@ -34,8 +34,8 @@ struct RunOptions : WorkOptions {
   std::vector<std::string> inputs;
   std::string store;
   SampleParameters sample;
-  bool certify = false;        // measure the samples of every model; needs the laboratory
-  std::uint32_t left_out = 0;  // sample columns that are not stored, see StoreColumns
+  bool certify = false;     // measure the samples of every model; needs the laboratory
+  ColumnSet left_out = {};  // sample columns that are not stored
   Compression compression = Compression::standard;
   InputOptions collect;  // how the inputs are read
   std::uint64_t max_failures = ~std::uint64_t{0};

@@ -169,17 +169,12 @@ void print_nodes(const std::vector<NodeStatistics>& nodes) {
 
 }  // namespace
 
-std::string chosen_column_text(const StoreColumns& columns, std::size_t bit) {
-  if (bit >= columns.attributes.size()) return "texture coordinates";
-  return fmt::format("attribute `{}`", columns.attributes[bit].name);
-}
-
 StoreSummary summarise(const StoreReader& store, bool count_descriptors) {
   StoreSummary summary;
   summary.rows = store.rows();
-  summary.has_colors = store.columns().colors;
+  summary.has_colors = store.columns().has(&Samples::rgb);
   for (std::size_t bit = 0; bit < store.columns().chosen_count(); ++bit)
-    summary.lacking.emplace_back(chosen_column_text(store.columns(), bit), 0);
+    summary.lacking.emplace_back(store.columns().chosen_text(bit), 0);
   std::uint32_t missing = ~std::uint32_t{0};  // in all rows that are ok
   for (std::uint64_t row = 0; row < summary.rows; ++row) {
     ItemReport report = store.report(row);

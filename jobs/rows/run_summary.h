@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "io/store/store.h"
+#include "io/store/store_reader.h"
 #include "jobs/inputs/inputs.h"
 #include "jobs/inputs/run_report.h"
 #include "jobs/rows/run_options.h"
@@ -54,9 +54,6 @@ struct StoreSummary {
 
 // Attributes of the models that have names near that of an attribute of the run, the nearest first.
 using NearAttributes = std::function<std::vector<std::string>(const std::string& name)>;
-
-// "attribute `NAME`", or "texture coordinates".
-std::string chosen_column_text(const StoreColumns& columns, std::size_t bit);
 
 // Reads the items of the store, and its descriptors where those that are lacking are to be counted.
 StoreSummary summarise(const StoreReader& store, bool count_descriptors);

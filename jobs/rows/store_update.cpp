@@ -15,8 +15,6 @@ namespace meander {
 
 namespace {
 
-constexpr const char* purpose_update = "update the store";
-
 using TimePoint = std::chrono::system_clock::time_point;
 
 TimePoint modification_time(const struct stat& facts) {
@@ -136,7 +134,7 @@ RunPlan plan_update(const StoreReader& store, const StoreHeader& header, const S
   std::set<std::string> names(header.label_names.begin(), header.label_names.end());
   for (const PlannedRow& row : rows)
     if (!row.label.empty()) names.insert(row.label);
-  RunPlan plan{header, purpose_of_update(retry)};
+  RunPlan plan{header, RunPurpose::update, {}, words_of(retry)};
   StoreHeader& updated = plan.header;
   updated.label_names.assign(names.begin(), names.end());
   updated.ids.clear();
@@ -183,22 +181,10 @@ PlannedStore planned_store(RunPlan plan, const std::vector<PlanItem>& items, con
   return planned;
 }
 
-std::string purpose_of_update(const RetryOptions& retry) {
-  const std::string words = words_of(retry);
-  return words.empty() ? purpose_update : purpose_update + (" with --retry " + words);
-}
-
-std::optional<RetryOptions> retry_of(std::string_view purpose) {
-  if (!purpose.starts_with(purpose_update)) return std::nullopt;
+std::optional<RetryOptions> retry_of(const RunPlan& plan) {
+  if (plan.purpose != RunPurpose::update) return std::nullopt;
   RetryOptions retry;
-  const std::size_t begin = purpose.rfind(' ');
-  if (purpose == purpose_update) return retry;
-  std::string words(purpose.substr(begin + 1));
-  for (std::size_t at = 0; at <= words.size();) {
-    const std::size_t end = std::min(words.find(',', at), words.size());
-    add_retry_word(words.substr(at, end - at), retry);
-    at = end + 1;
-  }
+  for_each_word(plan.retry, [&](std::string_view word) { add_retry_word(std::string(word), retry); });
   return retry;
 }
 

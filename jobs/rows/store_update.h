@@ -9,7 +9,8 @@
 #include <string_view>
 #include <vector>
 
-#include "io/store/store.h"
+#include "io/store/run_directory.h"
+#include "io/store/store_reader.h"
 #include "jobs/rows/run_options.h"
 
 namespace meander {
@@ -35,12 +36,8 @@ struct PlannedStore {
   std::vector<std::optional<std::uint64_t>> kept;  // the row of an older store that is taken as it is
 };
 
-// What a run is begun for (RunPlan::purpose).
-inline constexpr const char* purpose_sample = "sample";
-inline constexpr const char* purpose_replace = "replace the store";
-std::string purpose_of_update(const RetryOptions& retry);
-// The inverse of purpose_of_update; empty for other purposes.
-std::optional<RetryOptions> retry_of(std::string_view purpose);
+// What the plan of an update does again; empty for plans of other purposes.
+std::optional<RetryOptions> retry_of(const RunPlan& plan);
 
 // The plan that brings a store up to date: `header` is that of a new store of today's inputs. Rows whose
 // input vanished stay, but for retry.vanished.

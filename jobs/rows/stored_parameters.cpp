@@ -18,14 +18,13 @@ namespace {
 
 using Members = std::map<std::string, std::string>;
 
-// What does not change the samples of a row.
-constexpr std::string_view not_of_samples[] = {
-    "attributes",      "certify",          "colors",           "compress", "describe",
-    "descriptor_bins", "descriptor_scale", "geodesic_sources", "store",    "texcoord"};
-
+// Without what does not change the samples of a row.
 Members of_samples(const std::string& parameters_json) {
   Members members = split_members(parameters_json);
-  for (const std::string_view name : not_of_samples) members.erase(std::string(name));
+  for (const char* const name : {"certify", "compress", "describe", "store"}) members.erase(name);
+  for (const SampleSettings* const list : {&value_settings(), &column_settings()})
+    for (const auto& setting : list->items()) members.erase(setting.name);
+  for (const auto& setting : describe_settings().items()) members.erase(setting.name);
   return members;
 }
 
@@ -42,7 +41,7 @@ SampleParameters sample_parameters(const std::string& path, const std::string& p
     if (const std::string problem = take_recorded(*list, stored, sample, given); !problem.empty())
       throw refuse(problem);
   settle(sample, given);
-  sample.colors = reads_textures(sample.density.kind);
+  sample.columns[&Samples::rgb] = reads_textures(sample.density.kind);
   if (const std::vector<std::string> problems = validate(sample); !problems.empty())
     throw refuse(fmt::format("{}", fmt::join(problems, "; ")));
   if (const Members made = of_samples(recorded_parameters(options)); made != stored)

@@ -8,7 +8,7 @@
 #include <unordered_map>
 
 #include "io/mesh/mesh_reader.h"
-#include "io/store/store.h"
+#include "io/store/store_reader.h"
 
 namespace meander {
 

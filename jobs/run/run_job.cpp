@@ -71,9 +71,9 @@ class RunJob {
       reusable_ = std::make_unique<ReusableRows>(options_.reuse, options_.check, header_);
     if (options_.fresh)
       discard_run(options_.store);
-    else if (std::filesystem::exists(options_.store) && (!unfinished || retry_of(unfinished->purpose)))
+    else if (std::filesystem::exists(options_.store) && (!unfinished || retry_of(*unfinished)))
       require_same_parameters(StoreReader(options_.store, take_check()));
-    const bool updates = unfinished && retry_of(unfinished->purpose);
+    const bool updates = unfinished && retry_of(*unfinished);
     if (!updates && (unfinished || options_.fresh || !std::filesystem::exists(options_.store))) {
       if (!sample_anew(unfinished)) return exit_stopped;
     }
@@ -84,7 +84,7 @@ class RunJob {
   // The root that the ids of existing rows are relative to. Earlier versions wrote none into the plan of an
   // update, where the root is that of the store.
   std::string earlier_root(const std::optional<RunPlan>& unfinished) const {
-    if (unfinished && (!unfinished->root.empty() || !retry_of(unfinished->purpose))) return unfinished->root;
+    if (unfinished && (!unfinished->root.empty() || !retry_of(*unfinished))) return unfinished->root;
     return remembered_root(options_.store);
   }
 
@@ -109,7 +109,7 @@ class RunJob {
             fmt::format("`{}.run` was begun otherwise: {} (--fresh begins anew)", options_.store, otherwise));
       fmt::print("an unfinished run of {} models would be continued: finished rows are kept\n",
                  unfinished->header.ids.size());
-      if (!retry_of(unfinished->purpose)) return;  // the run replaces the store, or there is none yet
+      if (!retry_of(*unfinished)) return;  // the run replaces the store, or there is none yet
     }
     if (options_.fresh || !std::filesystem::exists(options_.store)) return;
     const StoreReader store(options_.store, take_check());
@@ -167,10 +167,10 @@ class RunJob {
 
   // Throws UsageError when another command began the run, or the inputs were others.
   void require_own_run(const RunPlan& unfinished) const {
-    if (!retry_of(unfinished.purpose) && unfinished.purpose != purpose_sample &&
-        unfinished.purpose != purpose_replace)
+    if (!retry_of(unfinished) && unfinished.purpose != RunPurpose::sample &&
+        unfinished.purpose != RunPurpose::replace)
       throw UsageError(fmt::format("`{}.run` was begun to {}: repeat the command that began it",
-                                   options_.store, unfinished.purpose));
+                                   options_.store, purpose_text(unfinished)));
     if (!unfinished.header.ids.empty() && !has_input_of(unfinished))
       throw UsageError(
           fmt::format("`{}.run` was begun with other inputs: its items look like `{}`, those of this command "
@@ -186,7 +186,7 @@ class RunJob {
   // Whether the input has an item that was to join the store. With another root, the rows of the store may
   // have inputs here by chance or by an earlier root, while the new rows have none.
   bool has_new_input_of(const RunPlan& unfinished) const {
-    if (!retry_of(unfinished.purpose)) return true;
+    if (!retry_of(unfinished)) return true;
     const StoreReader store(options_.store, StoreCheck::none);
     RunPlan added;
     for (const std::string& id : unfinished.header.ids)
@@ -222,7 +222,7 @@ class RunJob {
 
   // The plan that was begun: its items, with the present command's parameters.
   RunPlan continued(const RunPlan& begun) const {
-    RunPlan plan{header_, begun.purpose, begun.root};
+    RunPlan plan{header_, begun.purpose, begun.root, begun.retry};
     plan.header.ids = begun.header.ids;
     plan.header.labels = begun.header.labels;
     plan.header.splits = begun.header.splits;
@@ -263,9 +263,9 @@ class RunJob {
   bool sample_anew(const std::optional<RunPlan>& unfinished) {
     const bool replaces = std::filesystem::exists(options_.store);
     if (unfinished) inputs_since_ = std::min(inputs_since_, run_begun(options_.store));
-    const RunPlan plan =
-        unfinished ? continued(*unfinished)
-                   : RunPlan{header_, replaces ? purpose_replace : purpose_sample, inputs_.root.string()};
+    const RunPlan plan = unfinished ? continued(*unfinished)
+                                    : RunPlan{header_, replaces ? RunPurpose::replace : RunPurpose::sample,
+                                              inputs_.root.string()};
     known_since_ = inputs_since_;
     if (!unfinished) retry_ = {};  // rows made by this process are not retried
     return make_store(planned_store(plan, inputs_.items, nullptr, {}, {}), nullptr);
@@ -282,7 +282,7 @@ class RunJob {
       require_same_parameters(store);
       const auto since = known_since_.value_or(inputs_read_since(options_.store));
       const StoreComparison compared = compare_with_inputs(store, inputs_.items, header_, since);
-      const RetryOptions retry = unfinished ? *retry_of(unfinished->purpose) : retry_;
+      const RetryOptions retry = unfinished ? *retry_of(*unfinished) : retry_;
       const PlannedStore planned =
           planned_store(unfinished ? continued(*unfinished) : plan_of_update(store, compared, retry),
                         inputs_.items, &store, compared, retry);

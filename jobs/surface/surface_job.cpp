@@ -15,7 +15,8 @@
 #include "io/file/file_bytes.h"
 #include "io/image/png_reader.h"
 #include "io/json_writer.h"
-#include "io/store/store.h"
+#include "io/store/run_directory.h"
+#include "io/store/store_reader.h"
 #include "jobs/cli/exit_status.h"
 #include "jobs/cli/jobs.h"
 #include "jobs/cli/option_words.h"
@@ -80,7 +81,7 @@ const StoreSettings& store_settings() {
         "shuffle + deflate + checksum, or checksum only");
     // Its option is added by add_store_columns_option.
     made.constant("store", [](const SurfaceOptions& o) { return stored_words(o.columns); })
-        .only_recorded([](const SurfaceOptions& o) { return o.columns.left_out != 0; });
+        .only_recorded([](const SurfaceOptions& o) { return !o.columns.left_out.empty(); });
     return made;
   }();
   return list;
@@ -179,8 +180,6 @@ void print_runs(const std::vector<SurfaceRun>& runs, const SurfaceOptions& optio
   }
 }
 
-constexpr const char* purpose_surfaces = "sample surfaces";
-
 void check_output(const SurfaceOptions& options) {
   OutputGuard guard;
   for (const std::string& surface : options.surfaces) {
@@ -189,7 +188,7 @@ void check_output(const SurfaceOptions& options) {
     guard.protect(surface);
   }
   check_store_output(options.store, options.fresh, guard);
-  if (!options.fresh) refuse_finished_store(options.store, purpose_surfaces);
+  if (!options.fresh) refuse_finished_store(options.store, RunPurpose::surfaces);
 }
 
 // Samples the rows that an earlier process has not done, several at once, and writes each when it is done.
@@ -257,7 +256,7 @@ int sample_surfaces(SurfaceOptions& options) {
   check_output(options);
   const std::atomic<bool>& stop = catch_stop_signals();
   if (options.fresh) discard_run(options.store);
-  RunDirectory directory(options.store, RunPlan{header, purpose_surfaces});
+  RunDirectory directory(options.store, RunPlan{header, RunPurpose::surfaces});
   std::vector<SurfaceRun> runs(options.surfaces.size());
   for (std::uint64_t row = 0; row < runs.size(); ++row) {
     runs[row].id = header.ids[row];

@@ -8,6 +8,7 @@
 #include "kernels/density/formula_density.h"
 #include "kernels/model/sample_settings.h"
 #include "kernels/partition/element_cells.h"
+#include "kernels/sample/column_makers.h"
 
 namespace meander {
 
@@ -29,6 +30,9 @@ void check_without_topology(const SampleParameters& p, std::vector<std::string>&
   if (method.makes_charts) need("the method " + std::string(method.text));
   if (form_of(p.density).needs_topology || uses_curvature(p.density)) need("a curvature density");
   if (p.curved) need("lifting the samples to the curved surface");
+  for (const ColumnMaker& maker : column_makers)
+    if (p.columns[maker.column] && maker.reads.neighbours)
+      need("the column " + std::string(sample_columns[maker.column].name));
   for (const Descriptor descriptor : p.describe.descriptors)
     if (group_of(descriptor).needs_mesh) need("the descriptor " + std::string(name_of(descriptor)));
 }
@@ -61,7 +65,7 @@ std::vector<std::string> validate(const SampleParameters& p) {
       problems.push_back("density: " + std::string(error.what()));
     }
   }
-  if (reads_textures(p.density.kind) && !p.colors)
+  if (reads_textures(p.density.kind) && !p.columns[&Samples::rgb])
     problems.push_back("the density `texture` is read from the images of models: set colors");
   if (is_in_pieces(p.density) && method.follows_tensor)
     problems.push_back("the density `" +
@@ -94,10 +98,11 @@ std::vector<std::string> validate(const SampleParameters& p) {
   check_range(problems, "smallest segment", p.tensor_charts.segment.min_triangles, 1, 1 << 20);
   check_range(problems, "bisections", p.tensor_charts.max_bisections, 0, 16);
   constexpr std::size_t most_columns = 32;  // the bits of ItemReport::lacks
-  if (p.attributes.size() + (p.texcoord ? 1 : 0) > most_columns)
-    problems.push_back("attributes and texture coordinates are " +
-                       std::to_string(p.attributes.size() + (p.texcoord ? 1 : 0)) + " columns, at most " +
-                       std::to_string(most_columns) + " are possible");
+  const std::size_t optional =
+      p.attributes.size() + p.columns.count([](const SampleColumn& column) { return column.is_optional(); });
+  if (optional > most_columns)
+    problems.push_back("attributes and texture coordinates are " + std::to_string(optional) +
+                       " columns, at most " + std::to_string(most_columns) + " are possible");
   for (const AttributeColumn& column : p.attributes)
     check_range(problems, "the width of an attribute", column.width, 1, 4);
   return problems;
@@ -141,7 +146,7 @@ bool places_in_regions(const SampleParameters& parameters) {
 bool leaves_sites(const SampleParameters& parameters) {
   return parameters.rows_only && parameters.samples > parameters.most_kept_samples &&
          places_in_regions(parameters) && !method_of(parameters).follows_tensor && !parameters.curved &&
-         !parameters.colors && parameters.attributes.empty() && !parameters.texcoord &&
+         parameters.columns.empty() && parameters.attributes.empty() &&
          parameters.describe.descriptors.empty();
 }
 
@@ -167,7 +172,7 @@ PlaceParameters place_parameters(const SampleParameters& parameters) {
 }
 
 bool reads_coordinates(const SampleParameters& p) {
-  return p.texcoord || uses_coordinates(p.density) ||
+  return any_reads(p.columns, &ColumnReads::coordinates) || uses_coordinates(p.density) ||
          (method_of(p).follows_tensor && uses_coordinates(p.tensor));
 }
 

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "kernels/core/notes.h"
-#include "kernels/data/samples.h"
+#include "kernels/data/columns.h"
 #include "kernels/density/density.h"
 #include "kernels/describe/describe_samples.h"
 #include "kernels/flatten/flatten_chart.h"
@@ -91,9 +91,9 @@ struct SampleParameters {
   // methods without charts.
   bool topology = true;
   bool curved = false;  // lift the samples off their triangles' planes (curved_samples.h)
-  bool colors = false;  // give the samples the colours of the mesh (sample_colors.h)
-  std::vector<AttributeColumn> attributes = {};  // give the samples these (sample_attributes.h)
-  bool texcoord = false;                         // and their texture coordinates
+  // Give the samples these, of the columns that have an option (column_makers.h), and these attributes.
+  ColumnSet columns = {};
+  std::vector<AttributeColumn> attributes = {};
   // Models with a note of these kinds fail with the status incomplete.
   NoteSet strict = 0;
   DescribeParameters describe;

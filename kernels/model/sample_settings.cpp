@@ -192,13 +192,23 @@ SampleSettings make_point_settings() {
   return list;
 }
 
+// A flag for each column that is asked for in this way.
+void add_columns(SampleSettings& list, Having having) {
+  for (std::size_t c = 0; c < sample_columns.size(); ++c) {
+    const SampleColumn& column = sample_columns[c];
+    if (!column.is_asked_for() || column.having != having) continue;
+    const std::string word(column.option);
+    list.flag(
+            word, "--" + word, [c](auto& p) -> auto& { return p.columns[c]; }, std::string(column.help))
+        .in_python(having == Having::made ? word : "")
+        .only_recorded([c](const P& p) { return p.columns[c]; });
+  }
+}
+
 SampleSettings make_value_settings() {
   SampleSettings list;
   list.under("Collection");
-  list.flag(
-          "colors", "--colors", [](auto& p) -> auto& { return p.colors; },
-          "Take over the colours of the models (/rgb): of vertices, faces, materials or textures")
-      .only_recorded([](const P& p) { return p.colors; });
+  add_columns(list, Having::taken);
   list.text(
           "attributes", "--attribute", [](const P& p) { return attributes_text(p.attributes); },
           [](P& p, std::string_view text) { return take_attributes(text, p.attributes); },
@@ -207,10 +217,13 @@ SampleSettings make_value_settings() {
           "int32, `NAME:linear` interpolates them), of faces that of the face. Repeat it for several")
       .list()
       .only_recorded([](const P& p) { return !p.attributes.empty(); });
-  list.flag(
-          "texcoord", "--texcoord", [](auto& p) -> auto& { return p.texcoord; },
-          "Take over the texture coordinates of the models (/texcoord)")
-      .only_recorded([](const P& p) { return p.texcoord; });
+  return list;
+}
+
+SampleSettings make_column_settings() {
+  SampleSettings list;
+  list.under("Collection");
+  add_columns(list, Having::made);
   return list;
 }
 
@@ -316,6 +329,11 @@ const SampleSettings& point_settings() {
 
 const SampleSettings& value_settings() {
   static const SampleSettings list = make_value_settings();
+  return list;
+}
+
+const SampleSettings& column_settings() {
+  static const SampleSettings list = make_column_settings();
   return list;
 }
 

@@ -15,6 +15,8 @@ using SampleSettings = SettingList<SampleParameters>;
 const SampleSettings& point_settings();
 // What samples take over from the models.
 const SampleSettings& value_settings();
+// What samples are given from the surface beside what they are.
+const SampleSettings& column_settings();
 // What else is found and stored of a collection.
 const SampleSettings& collection_settings();
 // What no option changes, but is recorded: of sampling, and of charts where the method has such.

@@ -10,10 +10,10 @@
 #include "kernels/model/charts.h"
 #include "kernels/model/model.h"
 #include "kernels/rays/first_hit.h"
+#include "kernels/sample/column_makers.h"
 #include "kernels/sample/curved_samples.h"
 #include "kernels/sample/point_frames.h"
 #include "kernels/sample/sample_attributes.h"
-#include "kernels/sample/sample_colors.h"
 #include "kernels/sample/sample_frame.h"
 
 namespace meander {
@@ -127,10 +127,11 @@ void measure_surface(Model& model, bool keep_masses = true) {
 ModelStages charting_direct(const SampleParameters& p) {
   return {{"prepare_mesh",
            [p](Model& model) {
-             const bool frees_topology = p.rows_only && p.describe.descriptors.empty();
+             const bool is_placed_last = p.rows_only && p.describe.descriptors.empty();
              prepare_surface(model, p);
-             if (frees_topology) model.surface.opposite = std::vector<std::uint32_t>();
-             if (frees_topology && !p.colors && p.attributes.empty() && !p.texcoord)
+             if (is_placed_last && !any_reads(p.columns, &ColumnReads::neighbours))
+               model.surface.opposite = std::vector<std::uint32_t>();
+             if (is_placed_last && p.attributes.empty() && !any_reads(p.columns, &ColumnReads::polygons))
                model.file.polygon_begin = std::vector<std::uint32_t>();
              measure_surface(model, !p.rows_only);
              model.row.report.method = row_of(element_orders, order_of(p)).in_space;
@@ -370,37 +371,29 @@ ModelStages placing_on_segments(const SampleParameters& p) {
            placing_bytes}};
 }
 
-// ---- colours
+// ---- columns that are asked for
 
-ModelStages coloring(const SampleParameters& p) {
-  if (!p.colors) return {};
-  return {{"color_samples", [](Model& model) {
-             ItemReport& report = model.row.report;
-             SampleColors made = sample_colors(model.file, model.row.samples, model.cancel);
-             model.row.samples.rgb = std::move(made.rgb);
-             report.color_source = made.source;
-             report.color_fills = made.fills;
-           }}};
+void report_made(MadeColumn made, std::size_t bit, ItemReport& report) {
+  if (made.lacks_some) report.lacks |= std::uint32_t{1} << bit;
+  if (made.is_missing) report.missing |= std::uint32_t{1} << bit;
 }
 
-// ---- attributes and texture coordinates
+void add_bad_attributes(std::uint64_t count, RepairCounts& repairs) {
+  std::uint32_t& bad = repairs[Repair::bad_attributes];
+  bad = static_cast<std::uint32_t>(
+      std::min<std::uint64_t>(bad + count, std::numeric_limits<std::uint32_t>::max()));
+}
 
 ModelStages attributing(const SampleParameters& p) {
-  if (p.attributes.empty() && !p.texcoord) return {};
-  return {{"attribute_samples", [attributes = p.attributes, texcoord = p.texcoord](Model& model) {
+  if (p.attributes.empty()) return {};
+  return {{"attribute_samples", [attributes = p.attributes](Model& model) {
              Samples& samples = model.row.samples;
              ItemReport& report = model.row.report;
              model.row.names = std::move(model.file.names);
-             const auto note = [&](const SampleValues& made, std::size_t bit) {
-               if (made.lacks_some) report.lacks |= std::uint32_t{1} << bit;
-               if (made.is_missing) report.missing |= std::uint32_t{1} << bit;
-               std::uint32_t& bad = report.repairs[Repair::bad_attributes];
-               bad = static_cast<std::uint32_t>(
-                   std::min<std::uint64_t>(bad + made.bad_values, std::numeric_limits<std::uint32_t>::max()));
-             };
              for (std::size_t i = 0; i < attributes.size(); ++i) {
                SampleValues made = sample_attribute(model.file, attributes[i], samples, model.cancel);
-               note(made, i);
+               report_made({made.lacks_some, made.is_missing}, i, report);
+               add_bad_attributes(made.bad_values, report.repairs);
                if (attributes[i].is_classes()) {
                  samples.classes.resize(i);
                  samples.classes.push_back(std::move(made.classes));
@@ -409,11 +402,21 @@ ModelStages attributing(const SampleParameters& p) {
                  samples.attributes.push_back(std::move(made.values));
                }
              }
-             if (!texcoord) return;
-             SampleValues made = sample_coordinates(model.file, samples, model.cancel);
-             note(made, attributes.size());
-             samples.texcoord = std::move(made.values);
            }}};
+}
+
+ModelStages making_columns(const SampleParameters& p) {
+  ModelStages stages;
+  std::size_t bit = p.attributes.size();  // of the next one with optional values
+  for (const ColumnMaker& maker : column_makers) {
+    if (!p.columns[maker.column]) continue;
+    stages.push_back({maker.stage, [make = maker.make, bit](Model& model) {
+                        const MadeColumn made = make({model.file, model.surface, model.cancel}, model.row);
+                        report_made(made, bit, model.row.report);
+                      }});
+    bit += sample_columns[maker.column].is_optional();
+  }
+  return stages;
 }
 
 // ---- descriptors
@@ -469,8 +472,8 @@ ModelStages placing_anisotropic(const SampleParameters& p, const EmbreeDevice* d
 // `device` may be null for stages that are not run.
 ModelStages all_stages(const SampleParameters& p, const EmbreeDevice* device) {
   const MethodStages& stages = *method_of(p).stages;
-  return joined(
-      {stages.charting(p), stages.placing(p, device), coloring(p), attributing(p), stages.describing(p)});
+  return joined({stages.charting(p), stages.placing(p, device), making_columns(p), attributing(p),
+                 stages.describing(p)});
 }
 
 void check_device(const SampleParameters& parameters, const EmbreeDevice* device) {

@@ -232,7 +232,8 @@ StoreHeader header_of(const StoreColumns& columns) {
 std::vector<std::string> plan_seeds() {
   std::vector<std::string> seeds;
   const ScratchFolder folder;
-  StoreColumns chosen{.colors = true, .texcoord = true, .left_out = 1};
+  StoreColumns chosen{.asked = ColumnSet(&Samples::rgb, &Samples::texcoord),
+                      .left_out = ColumnSet(&Samples::normals)};
   chosen.attributes = {{"flow", 3}, {"quality", 1}};
   for (const StoreColumns& columns : {StoreColumns{}, StoreColumns{.rows = RowKind::surfaces}, chosen}) {
     RunPlan plan{header_of(columns)};

@@ -252,5 +252,7 @@ TEST_CASE("reasons: one line of valid UTF-8 of bounded length") {
 
 TEST_CASE("schema: the table in docs/STORE.md is the one of the code") {
   const std::string page = read_file(std::filesystem::path(MEANDER_SOURCE_DIR) / "docs" / "STORE.md");
-  CHECK(page.find(store::layout_markdown()) != std::string::npos);
+  const std::string table = store::layout_markdown();
+  INFO("the table of the code is\n" << table);
+  CHECK(page.find(table) != std::string::npos);
 }

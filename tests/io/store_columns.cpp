@@ -2,6 +2,7 @@
 #include <cmath>
 #include <limits>
 
+#include "io/store/pointnet_export.h"
 #include "io/store/run_array.h"
 #include "io/store/run_plan.h"
 #include "io/store/schema.h"
@@ -16,7 +17,7 @@ using Catch::Matchers::ContainsSubstring;
 namespace {
 
 StoreColumns with_attributes() {
-  StoreColumns columns{.texcoord = true};
+  StoreColumns columns{.asked = ColumnSet(&Samples::texcoord)};
   columns.attributes = {{"flow", 3}, {"label", 1, AttributeKind::classes}, {"pair", 2}, {"quality", 1},
                         {"wide", 4}, {"words", 3, AttributeKind::classes}};
   return columns;
@@ -109,8 +110,7 @@ TEST_CASE("columns: what is kept is what the whole store has, and rows are small
   const StoreHeader whole = header_with(with_attributes(), 60, 300);
   write_store(folder / "whole.h5", whole);
   StoreColumns fewer = with_attributes();
-  for (const SampleColumn column : {SampleColumn::normals, SampleColumn::corners, SampleColumn::density})
-    fewer.leave_out(column);
+  fewer.left_out = ColumnSet(&Samples::normals, &Samples::corners, &Samples::density);
   const StoreHeader part = header_with(fewer, 60, 300);
   write_store(folder / "part.h5", part);
   CHECK(verify_store(folder / "part.h5").problems == std::vector<std::string>{});
@@ -135,13 +135,13 @@ TEST_CASE("columns: a missing column is named with the option that stores it") {
   write_store(folder / "s.h5", header_with(points_alone_columns(), 3, 10));
   const StoreReader reader(folder / "s.h5");
   CHECK_THROWS_WITH(
-      reader.require(SampleColumn::normals, "--pointnet"),
+      reader.require(&Samples::normals, "--pointnet"),
       ContainsSubstring("no `normals`, which --pointnet needs") && ContainsSubstring("--store ...,normals"));
-  CHECK_THROWS_WITH(reader.require(SampleColumn::uv, "x"), ContainsSubstring("its models are meshes"));
-  CHECK_THROWS_WITH(reader.require(SampleColumn::tensor, "x"), ContainsSubstring("not anisotropic"));
+  CHECK_THROWS_WITH(reader.require(&Samples::uv, "x"), ContainsSubstring("its models are meshes"));
+  CHECK_THROWS_WITH(reader.require(&Samples::tensor_direction, "x"), ContainsSubstring("not anisotropic"));
   CHECK_THROWS_WITH(export_pointnet(reader, folder / "out"), ContainsSubstring("no `normals`"));
   write_store(folder / "all.h5", make_header(3, 10));
-  CHECK_NOTHROW(StoreReader(folder / "all.h5").require(SampleColumn::normals, "x"));
+  CHECK_NOTHROW(StoreReader(folder / "all.h5").require(&Samples::normals, "x"));
 }
 
 TEST_CASE("columns: any order of rows and any number of starts give the same bytes") {
@@ -174,7 +174,7 @@ TEST_CASE("columns: a run is continued with the same columns only") {
   CHECK_THAT(refusal(folder / "s.h5", plain).first,
              ContainsSubstring("the columns were") && ContainsSubstring("attributes/flow"));
   StoreColumns fewer = with_attributes();
-  fewer.leave_out(SampleColumn::face);
+  fewer.left_out = ColumnSet(&Samples::face);
   plain.columns = fewer;
   CHECK_THAT(refusal(folder / "s.h5", plain).first, ContainsSubstring("the columns were"));
 }

@@ -20,6 +20,67 @@ std::string begun_plan(const fs::path& store, const StoreHeader& header) {
   return plan;
 }
 
+// The plan as the version before wrote it: what it is for by a phrase, columns by numbers.
+std::string earlier_plan(const StoreHeader& header, std::string_view phrase, std::string_view root = "") {
+  std::string plan = "meander plan 6\n";
+  const auto number = [&](std::uint64_t value) {
+    plan.append(reinterpret_cast<const char*>(&value), sizeof value);
+  };
+  const auto text = [&](std::string_view value) {
+    number(value.size());
+    plan += value;
+  };
+  const auto texts = [&](const std::vector<std::string>& values) {
+    number(values.size());
+    for (const std::string& value : values) text(value);
+  };
+  number(store_format_version);
+  number(header.method_version);
+  text(phrase);
+  text(root);
+  const StoreColumns& columns = *header.columns;
+  number(static_cast<std::uint64_t>(columns.rows));
+  number(columns.tensors);
+  number(columns.asked[&Samples::rgb]);
+  number(columns.asked[&Samples::texcoord]);
+  std::uint64_t left_out = 0, bit = 1;
+  for (const char* word :
+       {"normals", "face", "corners", "barycentric", "uv", "curve_rank", "density", "tensor"}) {
+    for (std::size_t c = 0; c < sample_columns.size(); ++c)
+      if (columns.left_out[c] && sample_columns[c].word() == word) left_out |= bit;
+    bit *= 2;
+  }
+  number(left_out);
+  number(columns.attributes.size());
+  for (const AttributeColumn& column : columns.attributes) {
+    text(column.name);
+    number(column.width);
+    number(static_cast<std::uint64_t>(column.kind));
+  }
+  number(header.samples);
+  number(static_cast<std::uint64_t>(header.compression));
+  number(header.seed);
+  text(header.order);
+  text(header.parameters_json);
+  texts(header.label_names);
+  number(header.descriptors.size());
+  for (const DescriptorSchema& descriptor : header.descriptors) {
+    text(descriptor.group);
+    text(descriptor.name);
+    number(descriptor.width);
+    number(descriptor.attributes.size());
+    for (const auto& [name, value] : descriptor.attributes) {
+      text(name);
+      text(value);
+    }
+  }
+  texts(header.ids);
+  for (const std::int32_t label : header.labels) number(static_cast<std::uint32_t>(label));
+  for (std::uint64_t row = 0; row < header.ids.size(); ++row)
+    number(static_cast<std::uint64_t>(header.split(row)));
+  return plan;
+}
+
 void write_plan_text(const fs::path& store, std::string plan) {
   const std::uint32_t checksum = crc32c(std::span<const char>(plan));
   plan.append(reinterpret_cast<const char*>(&checksum), sizeof checksum);
@@ -113,8 +174,8 @@ TEST_CASE(
     "run: one that another version began is refused with a sentence, its plan as that of a shard is read") {
   const StoreHeader header = make_header(2, 4);
   const ScratchFolder folder;
-  std::string plan = begun_plan(folder / "s.h5", header);
-  REQUIRE(plan.starts_with("meander plan 6\n"));
+  REQUIRE(begun_plan(folder / "s.h5", header).starts_with("meander plan 7\n"));
+  std::string plan = earlier_plan(header, "sample");
   for (const char version : {'4', '5'}) {
     plan[std::string_view("meander plan ").size()] = version;
     write_plan_text(folder / "s.h5", plan);
@@ -126,6 +187,41 @@ TEST_CASE(
     else
       CHECK_THROWS_AS(store::read_plan_of_shard(folder / "s.h5.run"), RunError);
   }
+}
+
+TEST_CASE("run: one that the version before began is continued, whatever it was begun to do") {
+  StoreHeader header = make_header(2, 4);
+  StoreColumns columns{.tensors = true, .asked = ColumnSet(&Samples::rgb, &Samples::texcoord)};
+  columns.left_out = ColumnSet(&Samples::density, &Samples::tensor_direction, &Samples::tensor_spacing);
+  columns.attributes = {{"flow", 3}, {"part", 1, AttributeKind::classes}};
+  for (const StoreColumns& of : {StoreColumns{}, StoreColumns{.rows = RowKind::surfaces}, columns}) {
+    header.columns = of;
+    const ScratchFolder folder;
+    begun_plan(folder / "s.h5", header);
+    write_plan_text(folder / "s.h5", earlier_plan(header, "sample"));
+    CHECK(refusal(folder / "s.h5", header).second == 2);
+    CHECK(*read_run_plan(folder / "s.h5")->header.columns == of);
+  }
+  const ScratchFolder folder;
+  begun_plan(folder / "s.h5", header);
+  const auto purpose = [&](std::string_view phrase) {
+    write_plan_text(folder / "s.h5", earlier_plan(header, phrase, "/models"));
+    const RunPlan plan = *read_run_plan(folder / "s.h5");
+    CHECK(plan.root == "/models");
+    CHECK(purpose_text(plan) == phrase);
+    return std::pair(plan.purpose, plan.retry);
+  };
+  using Purpose = std::pair<RunPurpose, std::string>;
+  CHECK(purpose("sample") == Purpose(RunPurpose::sample, ""));
+  CHECK(purpose("replace the store") == Purpose(RunPurpose::replace, ""));
+  CHECK(purpose("update the store") == Purpose(RunPurpose::update, ""));
+  CHECK(purpose("update the store with --retry timeout,changed") ==
+        Purpose(RunPurpose::update, "timeout,changed"));
+  CHECK(purpose("describe its rows") == Purpose(RunPurpose::describe, ""));
+  CHECK(purpose("merge stores") == Purpose(RunPurpose::merge, ""));
+  CHECK(purpose("sample surfaces") == Purpose(RunPurpose::surfaces, ""));
+  write_plan_text(folder / "s.h5", earlier_plan(header, "write a sonnet"));
+  CHECK_THROWS_AS(read_run_plan(folder / "s.h5"), RunError);
 }
 
 TEST_CASE("run: a plan whose checksum is right and whose numbers are wrong is refused") {

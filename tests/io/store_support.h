@@ -12,7 +12,10 @@
 #include <string>
 #include <vector>
 
-#include "io/store/store.h"
+#include "io/run_error.h"
+#include "io/store/run_directory.h"
+#include "io/store/store_reader.h"
+#include "io/store/store_verify.h"
 #include "support/scratch_files.h"
 
 namespace meander::test {
@@ -41,10 +44,8 @@ inline StoreHeader make_header(std::uint64_t rows, std::uint32_t samples,
 // No other column of samples.
 inline StoreColumns points_alone_columns() {
   StoreColumns columns;
-  for (std::size_t c = 0; c < sample_column_names.size(); ++c) {
-    const auto column = static_cast<SampleColumn>(c);
-    if (columns.applies(column)) columns.leave_out(column);
-  }
+  for (std::size_t c = column_of(&Samples::points) + 1; c < sample_columns.size(); ++c)
+    columns.left_out[c] = columns.applies(c);
   return columns;
 }
 

@@ -7,6 +7,7 @@
 #include <map>
 
 #include "io/store/crc32c.h"
+#include "io/store/pointnet_export.h"
 #include "io/store/store_file.h"
 #include "store_support.h"
 #include "support/catch.h"

@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "io/store/store.h"
+#include "io/store/store_reader.h"
 #include "support/archive_files.h"
 #include "support/catch.h"
 #include "support/gltf_files.h"

@@ -17,6 +17,7 @@
 #include "io/json/json_reader.h"
 #include "io/json/json_tree.h"
 #include "io/store/run_array.h"
+#include "io/store/store_verify.h"
 #include "jobs/cli/usage_error.h"
 #include "jobs/inputs/run_report.h"
 #include "jobs/run/array_plan.h"

@@ -1,7 +1,7 @@
 // `run --colors` as a user sees it: /rgb of every source, its counts, and all that is done with stores.
 #include <filesystem>
 
-#include "io/store/store.h"
+#include "io/store/store_reader.h"
 #include "support/archive_files.h"
 #include "support/catch.h"
 #include "support/meander_program.h"
@@ -59,7 +59,7 @@ TEST_CASE("run --colors: every sample has the colour of its place, and what is m
   CHECK_THAT(result.out, ContainsSubstring("colors: none") && ContainsSubstring("colors: material") &&
                              ContainsSubstring("colors: face") && ContainsSubstring("colors: vertex"));
   CHECK_THAT(result.out, ContainsSubstring("color fills"));
-  CHECK(StoreReader(scratch / "s.h5").columns() == StoreColumns{.colors = true});
+  CHECK(StoreReader(scratch / "s.h5").columns() == StoreColumns{.asked = ColumnSet(&Samples::rgb)});
 
   const Row cube = row_of(scratch / "s.h5", "cube.obj");
   CHECK(cube.report.color_source == ColorSource::material);

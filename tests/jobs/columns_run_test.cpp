@@ -6,7 +6,7 @@
 #include <csignal>
 #include <filesystem>
 
-#include "io/store/store.h"
+#include "io/store/store_reader.h"
 #include "support/archive_files.h"
 #include "support/catch.h"
 #include "support/fault_program.h"

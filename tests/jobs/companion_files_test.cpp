@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <set>
 
-#include "io/store/store.h"
+#include "io/store/store_reader.h"
 #include "support/archive_files.h"
 #include "support/catch.h"
 #include "support/gltf_files.h"

@@ -3,7 +3,8 @@
 #include <cmath>
 #include <filesystem>
 
-#include "io/store/store.h"
+#include "io/store/store_reader.h"
+#include "io/store/store_verify.h"
 #include "kernels/sample/point_frames.h"
 #include "support/catch.h"
 #include "support/meander_program.h"

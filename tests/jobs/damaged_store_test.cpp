@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "io/store/store.h"
 #include "support/catch.h"
 #include "support/meander_program.h"
 #include "support/mesh_files.h"

@@ -8,7 +8,9 @@
 #include <filesystem>
 #include <sstream>
 
-#include "io/store/store.h"
+#include "io/store/run_directory.h"
+#include "io/store/store_reader.h"
+#include "io/store/store_verify.h"
 #include "support/catch.h"
 #include "support/meander_program.h"
 #include "support/mesh_files.h"
@@ -235,7 +237,7 @@ TEST_CASE("describe: rows that failed before a kill are still listed at the end"
   fs::remove(c.path("in/ring.off"));
   const std::vector<std::string> more = {c.in, "--descriptors", "d2,basics"};
   const auto begun = [&](const StoreHeader& header, std::uint64_t row, Row content) {
-    RunDirectory run(c.path("s.h5"), RunPlan{header, "describe its rows"});
+    RunDirectory run(c.path("s.h5"), RunPlan{header, RunPurpose::describe});
     run.begin_item(row);
     run.end_item(encode_row(header, row, content));
     run.sync();

@@ -4,7 +4,8 @@
 #include <filesystem>
 #include <numeric>
 
-#include "io/store/store.h"
+#include "io/store/store_reader.h"
+#include "io/store/store_verify.h"
 #include "kernels/describe/depth_views.h"
 #include "kernels/describe/shape_dna.h"
 #include "kernels/describe/shell_harmonics.h"

@@ -6,7 +6,8 @@
 #include <set>
 
 #include "io/mesh/point_reader.h"
-#include "io/store/store.h"
+#include "io/store/store_reader.h"
+#include "io/store/store_verify.h"
 #include "support/catch.h"
 #include "support/meander_program.h"
 #include "support/mesh_files.h"

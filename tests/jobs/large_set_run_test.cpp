@@ -1,7 +1,8 @@
 // Sets that are made and written block by block: the same stores whatever way a row comes to them.
 #include <filesystem>
 
-#include "io/store/store.h"
+#include "io/store/store_reader.h"
+#include "io/store/store_verify.h"
 #include "support/catch.h"
 #include "support/meander_program.h"
 #include "support/mesh_files.h"

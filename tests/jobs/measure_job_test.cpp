@@ -3,7 +3,8 @@
 #include <cmath>
 #include <sstream>
 
-#include "io/store/store.h"
+#include "io/store/store_reader.h"
+#include "io/store/store_verify.h"
 #include "io/table/npy_header.h"
 #include "support/archive_files.h"
 #include "support/catch.h"

@@ -3,7 +3,6 @@
 
 #include <filesystem>
 
-#include "io/store/store.h"
 #include "support/catch.h"
 #include "support/collection.h"
 #include "support/meander_program.h"

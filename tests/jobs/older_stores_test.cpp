@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "io/store/store.h"
+#include "io/store/store_verify.h"
 #include "support/catch.h"
 #include "support/meander_program.h"
 #include "support/scratch_files.h"

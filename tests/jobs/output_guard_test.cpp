@@ -8,7 +8,7 @@
 #include <filesystem>
 
 #include "io/file/atomic_file.h"
-#include "io/store/store.h"
+#include "io/store/run_directory.h"
 #include "jobs/cli/output_guard.h"
 #include "jobs/cli/usage_error.h"
 #include "jobs/cli/working_process.h"

@@ -8,7 +8,8 @@
 #include <set>
 
 #include "io/file_kind.h"
-#include "io/store/store.h"
+#include "io/store/run_directory.h"
+#include "io/store/store_reader.h"
 #include "support/catch.h"
 #include "support/meander_program.h"
 #include "support/mesh_files.h"

@@ -10,7 +10,7 @@
 #include "io/image/png_reader.h"
 #include "io/json/json_reader.h"
 #include "io/page/model_page.h"
-#include "io/store/store.h"
+#include "io/store/store_reader.h"
 #include "support/catch.h"
 #include "support/meander_program.h"
 #include "support/mesh_files.h"

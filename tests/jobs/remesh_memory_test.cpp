@@ -31,8 +31,8 @@ TEST_CASE("remesh memory: no model takes more than is reserved for it") {
         INFO(name << ", " << samples << " samples" << (fit ? ", fitted" : ""));
         SampleParameters parameters;
         parameters.sequence = SequenceKind::spaced;
-        parameters.colors = carried.colors;
-        parameters.texcoord = carried.texcoord;
+        parameters.columns[&Samples::rgb] = carried.colors;
+        parameters.columns[&Samples::texcoord] = carried.texcoord;
         parameters.attributes = carried.attributes;
         parameters.samples = samples;
         RemeshParameters wanted;

@@ -5,7 +5,8 @@
 #include <sstream>
 
 #include "io/image/png_reader.h"
-#include "io/store/store.h"
+#include "io/store/run_directory.h"
+#include "io/store/store_reader.h"
 #include "io/xml_reader.h"
 #include "support/catch.h"
 #include "support/meander_program.h"

@@ -3,7 +3,8 @@
 
 #include <filesystem>
 
-#include "io/store/store.h"
+#include "io/store/store_reader.h"
+#include "io/store/store_verify.h"
 #include "support/archive_files.h"
 #include "support/catch.h"
 #include "support/meander_program.h"

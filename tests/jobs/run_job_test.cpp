@@ -9,7 +9,8 @@
 #include <random>
 #include <thread>
 
-#include "io/store/store.h"
+#include "io/store/store_reader.h"
+#include "io/store/store_verify.h"
 #include "support/catch.h"
 #include "support/collection.h"
 #include "support/fault_program.h"

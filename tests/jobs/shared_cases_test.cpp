@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <map>
 
-#include "io/store/store.h"
+#include "io/store/store_reader.h"
 #include "support/archive_files.h"
 #include "support/catch.h"
 #include "support/meander_program.h"

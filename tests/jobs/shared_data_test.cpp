@@ -9,7 +9,8 @@
 
 #include "dirty_statuses.h"
 #include "io/mesh/mesh_reader.h"
-#include "io/store/store.h"
+#include "io/store/store_reader.h"
+#include "io/store/store_verify.h"
 #include "kernels/model/model.h"
 #include "support/catch.h"
 #include "support/meander_program.h"

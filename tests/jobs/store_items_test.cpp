@@ -1,5 +1,6 @@
 
 #include "jobs/inputs/store_items.h"
+#include "io/store/run_directory.h"
 #include "jobs/cli/usage_error.h"
 #include "support/catch.h"
 #include "support/mesh_files.h"

@@ -7,7 +7,8 @@
 
 #include "io/mesh/point_reader.h"
 #include "io/plot/png_writer.h"
-#include "io/store/store.h"
+#include "io/store/store_reader.h"
+#include "io/store/store_verify.h"
 #include "kernels/surface/surface.h"
 #include "support/catch.h"
 #include "support/meander_program.h"

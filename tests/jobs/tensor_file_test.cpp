@@ -5,7 +5,8 @@
 #include <filesystem>
 #include <map>
 
-#include "io/store/store.h"
+#include "io/store/store_reader.h"
+#include "io/store/store_verify.h"
 #include "support/catch.h"
 #include "support/fault_program.h"
 #include "support/hdf5_dataset.h"

@@ -6,7 +6,8 @@
 #include <filesystem>
 #include <set>
 
-#include "io/store/store.h"
+#include "io/store/store_reader.h"
+#include "io/store/store_verify.h"
 #include "kernels/model/tensor_segments.h"
 #include "support/catch.h"
 #include "support/collection.h"

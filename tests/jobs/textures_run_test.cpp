@@ -11,7 +11,7 @@
 #include <numbers>
 #include <sstream>
 
-#include "io/store/store.h"
+#include "io/store/store_reader.h"
 #include "support/archive_files.h"
 #include "support/catch.h"
 #include "support/gltf_files.h"

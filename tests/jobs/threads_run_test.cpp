@@ -4,7 +4,8 @@
 #include <string>
 
 #include "io/digest.h"
-#include "io/store/store.h"
+#include "io/store/store_reader.h"
+#include "io/store/store_verify.h"
 #include "kernels/core/parallel.h"
 #include "support/catch.h"
 #include "support/fault_program.h"

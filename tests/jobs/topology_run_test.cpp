@@ -1,7 +1,8 @@
 // meander run --topology none: triangles as they are.
 #include <filesystem>
 
-#include "io/store/store.h"
+#include "io/store/store_reader.h"
+#include "io/store/store_verify.h"
 #include "support/catch.h"
 #include "support/meander_program.h"
 #include "support/mesh_files.h"

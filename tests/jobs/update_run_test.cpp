@@ -7,7 +7,9 @@
 #include <filesystem>
 #include <thread>
 
-#include "io/store/store.h"
+#include "io/store/run_directory.h"
+#include "io/store/store_reader.h"
+#include "io/store/store_verify.h"
 #include "support/catch.h"
 #include "support/collection.h"
 #include "support/fault_program.h"
@@ -193,7 +195,7 @@ TEST_CASE("second run: the unfinished work of another command is left to that co
   const Collection c;
   REQUIRE(c.run().exit_code == 0);
   const std::string before = c.bytes();
-  { RunDirectory other(c.store, RunPlan{StoreReader(c.store).header(), "describe its rows"}); }
+  { RunDirectory other(c.store, RunPlan{StoreReader(c.store).header(), RunPurpose::describe}); }
   const ProcessResult refused = c.run();
   INFO(refused.err);
   CHECK(refused.exit_code == 2);
@@ -448,7 +450,7 @@ TEST_CASE("second run: the root of lists is that of the store where a plan of an
   REQUIRE(l.run("s.h5", {l.list("both", {"a", "b"})}).exit_code == 0);
   {
     const StoreReader store(l.c.store);
-    RunDirectory begun(l.c.store, RunPlan{store.header(), "update the store"});
+    RunDirectory begun(l.c.store, RunPlan{store.header(), RunPurpose::update});
   }
   l.add_more();
   const ProcessResult result = l.run("s.h5", {l.list("some", {"a"})});

@@ -260,7 +260,7 @@ TEST_CASE(
   mesh.vertex_attributes = {{"f", linear_values(mesh)}};
   SampleParameters parameters = parameters_for("auto");
   parameters.attributes = {{"absent", 2}, {"f", 1}};
-  parameters.texcoord = true;
+  parameters.columns[&Samples::texcoord] = true;
   const Row row = sampled_row(mesh, parameters);
   REQUIRE(row.samples.attributes.size() == 2);
   CHECK(row.samples.attributes[0].size() == 1000);
@@ -292,7 +292,7 @@ TEST_CASE("validate: at most 32 columns are chosen, of widths from 1 to 4") {
   SampleParameters parameters;
   for (int i = 0; i < 32; ++i) parameters.attributes.push_back({"a" + std::to_string(i), 1});
   CHECK(validate(parameters).empty());
-  parameters.texcoord = true;
+  parameters.columns[&Samples::texcoord] = true;
   CHECK(validate(parameters).size() == 1);
   parameters.attributes.resize(2);
   parameters.attributes[0].width = 5;

@@ -32,7 +32,7 @@ using Rgb = std::vector<std::uint8_t>;
 Model sampled(PolygonMesh mesh, std::uint32_t samples) {
   SampleParameters parameters = parameters_for("auto");
   parameters.samples = samples;
-  parameters.colors = true;
+  parameters.columns[&Samples::rgb] = true;
   Model model;
   model.file = std::move(mesh);
   model.key = make_random_key(1, {});

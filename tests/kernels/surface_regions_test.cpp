@@ -428,8 +428,8 @@ TEST_CASE("leaves_sites: large sets on the surface that nobody needs as a whole"
   CHECK_FALSE(with([](SampleParameters& p) { p.method = MethodChoice::anisotropic; }));
   CHECK_FALSE(with([](SampleParameters& p) { p.sequence = SequenceKind::spaced; }));
   CHECK_FALSE(with([](SampleParameters& p) { p.curved = true; }));
-  CHECK_FALSE(with([](SampleParameters& p) { p.colors = true; }));
-  CHECK_FALSE(with([](SampleParameters& p) { p.texcoord = true; }));
+  CHECK_FALSE(with([](SampleParameters& p) { p.columns[&Samples::rgb] = true; }));
+  CHECK_FALSE(with([](SampleParameters& p) { p.columns[&Samples::texcoord] = true; }));
   CHECK_FALSE(with([](SampleParameters& p) { p.attributes = {{"heat", 1}}; }));
   CHECK_FALSE(with([](SampleParameters& p) { p.describe.descriptors = {Descriptor::d2}; }));
   CHECK(with([](SampleParameters& p) { p.method = MethodChoice::conformal; }));

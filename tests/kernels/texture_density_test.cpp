@@ -76,7 +76,7 @@ double integral(const PolygonMesh& file, const DensityParameters& parameters = t
 Model sampled_model(const PolygonMesh& file, SampleParameters parameters, std::uint32_t samples) {
   static const EmbreeDevice device;
   parameters.density.kind = DensityKind::texture;
-  parameters.colors = true;
+  parameters.columns[&Samples::rgb] = true;
   parameters.samples = samples;
   REQUIRE(validate(parameters).empty());
   Model model;

@@ -116,7 +116,7 @@ std::vector<Setting> settings(std::uint32_t samples) {
   add("auto, attributes and texture coordinates", [](P& p) {
     p = parameters_for("auto");
     p.attributes = {{"_PLACE", 3}, {"part", 1}, {"quality", 1}};
-    p.texcoord = true;
+    p.columns[&Samples::texcoord] = true;
   });
   add("direct shape DNA", [](P& p) {
     p.method = MethodChoice::direct;
@@ -171,7 +171,8 @@ Peak peak_of(const fs::path& path, const Setting& setting, int threads, const Em
   GraphStages stages = sampling_stages(graph.sample, &device);
   if (setting.certify) stages.push_back({"certify_samples", certify});
   if (leaves_sites(parameters))
-    stages.push_back({"write_row", [&](GraphItem& item) { write_blocks(item, place_parameters(parameters), threads); }});
+    stages.push_back(
+        {"write_row", [&](GraphItem& item) { write_blocks(item, place_parameters(parameters), threads); }});
   Peak peak;
   peak.reserved = static_cast<double>(estimate_bytes(peek_mesh(path, plan.format), parameters, threads));
   const std::int64_t before = allocated_bytes();
@@ -426,7 +427,7 @@ TEST_CASE("estimate_bytes: models with attributes and texture coordinates take n
     Setting setting{"attributes", parameters_for("auto")};
     setting.parameters.samples = samples;
     setting.parameters.attributes = {{"_PLACE", 3}, {"part", 1}, {"quality", 1}, {"wide", 2}};
-    setting.parameters.texcoord = true;
+    setting.parameters.columns[&Samples::texcoord] = true;
     oneapi::tbb::task_arena(1).execute([&] { check_models(models, setting, 1, device); });
   }
 }
@@ -523,7 +524,7 @@ TEST_CASE("read_mesh: images are reserved for by their headers, before they are 
                                       {"jpeg.glb", DensityKind::texture_inverse}}) {
     SampleParameters parameters = parameters_for("auto");
     parameters.samples = 512;
-    parameters.colors = true;
+    parameters.columns[&Samples::rgb] = true;
     parameters.density.kind = density;
     const GraphStages stages = sampling_stages(parameters, nullptr);
     PlanItem plan;

@@ -1,6 +1,7 @@
 // The graph on items made in memory, with failures put into every node (the traps of flow graphs: lost
 // messages, holes, re-entered bodies, exceptions that cancel everything, items unaccounted for).
 #include "pipeline/sampling_graph.h"
+#include "io/run_error.h"
 
 #include <oneapi/tbb/parallel_for.h>
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "io/store/store.h"
+#include "io/store/store_reader.h"
 
 namespace meander::test {
 

@@ -33,7 +33,17 @@ Mesh = _core.Mesh
 Mesh.__module__ = SamplingError.__module__ = "meander"
 
 
-@dataclasses.dataclass(eq=False, repr=False)
+def _with_columns(cls):
+    """The class with a field, and a line of the docstring, for each column of samples."""
+    rows = [row for row in _core.columns() if row["in_python"]]
+    cls.__annotations__ = {**{row["array"]: numpy.ndarray for row in rows}, **cls.__annotations__}
+    lines = ["%s: (n%s) %s, %s%s" % (row["array"], ", %d" % row["width"] if row["width"] else ",", numpy.dtype(row["type"]),
+                                     row["doc"], "" if row["always"] else "; None of other samples") for row in rows]
+    cls.__doc__ += "\n    %s\n    " % "\n    ".join(lines)
+    return dataclasses.dataclass(eq=False, repr=False)(cls)
+
+
+@_with_columns
 class Samples:
     """n samples of one surface, in an order in which every prefix is a good sample (`order="progressive"`).
 
@@ -41,17 +51,7 @@ class Samples:
     valid as long as any of them is used. Coordinates of the mesh are loc + scale * points; loc is 0 and scale 1 unless
     `normalize` is given or float32 could not tell the points apart.
     """
-    points: numpy.ndarray       # (n, 3) float32, in units of the mesh / scale
-    normals: numpy.ndarray      # (n, 3) float32, unit vectors
-    face_index: numpy.ndarray   # (n,) uint32, rows of `faces`; None of parametric surfaces, as the next two
-    corners: numpy.ndarray      # (n, 3) uint32, rows of `vertices` around the point
-    barycentric: numpy.ndarray  # (n, 2) float32, weights of corners 1 and 2; corner 0 has the rest
-    uv: numpy.ndarray           # (n, 2) float32 in [0, 1], of parametric surfaces; else None
-    curve_rank: numpy.ndarray   # (n,) uint32, position along the path through the surface, 0 .. n - 1
-    density: numpy.ndarray      # (n,) float32, the density at the points
     weights: numpy.ndarray      # (n,) float64, area that each stands for: sum(weights * g(points)) integrates g
-    tensor_direction: numpy.ndarray  # (n, 3) float32, along the long spacing; None unless method="anisotropic"
-    tensor_spacing: numpy.ndarray    # (n, 2) float32, wanted spacings along and across it
     descriptors: dict           # name: float32 values, as asked for with `describe`
     area: float                 # of the surface, in squared units of the mesh
     measure: float              # area x density

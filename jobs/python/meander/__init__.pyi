@@ -39,15 +39,15 @@ class SamplingError(RuntimeError):
 class Samples:
     points: NDArray[numpy.float32]
     normals: NDArray[numpy.float32]
+    uv: Optional[NDArray[numpy.float32]]
     face_index: Optional[NDArray[numpy.uint32]]
     corners: Optional[NDArray[numpy.uint32]]
     barycentric: Optional[NDArray[numpy.float32]]
-    uv: Optional[NDArray[numpy.float32]]
     curve_rank: NDArray[numpy.uint32]
     density: NDArray[numpy.float32]
-    weights: NDArray[numpy.float64]
     tensor_direction: Optional[NDArray[numpy.float32]]
     tensor_spacing: Optional[NDArray[numpy.float32]]
+    weights: NDArray[numpy.float64]
     descriptors: Dict[str, NDArray[numpy.float32]]
     area: float
     measure: float

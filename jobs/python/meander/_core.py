@@ -448,6 +448,12 @@ def settings(kind):
     return _about()[kind + "_settings"]
 
 
+@functools.lru_cache(maxsize=1)
+def columns():
+    """Of samples: rows of {dataset, array, type, width, doc, always, in_python}."""
+    return _about()["columns"]
+
+
 def surface_names():
     return _about()["surfaces"]
 

@@ -4,6 +4,8 @@ import os
 
 import numpy
 
+from . import _core
+
 
 def open_store(path):
     """Opens a store that `meander run`, `surface` or `describe` has written, for reading. See Store."""
@@ -95,12 +97,8 @@ class Store:
         row = self.row(item)
         if self.status[row] != "ok":
             raise SamplingError(self.status[row], self.reason(row), row)
-        names = ("points", "normals", "face", "corners", "barycentric", "uv", "curve_rank", "density", "rgb",
-                 "texcoord")
-        arrays = {name: self.file[name][row] for name in names if name in self.file}
-        for name in ("direction", "spacing"):
-            if "tensor/" + name in self.file:
-                arrays["tensor_" + name] = self.file["tensor/" + name][row]
+        names = [column["dataset"] for column in _core.columns()]
+        arrays = {name.replace("/", "_"): self.file[name][row] for name in names if name in self.file}
         if self.attributes:
             arrays["attributes"] = {name: self.file["attributes/" + name][row] for name in self.attributes}
         return arrays
