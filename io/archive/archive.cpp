@@ -14,7 +14,8 @@
 #include "io/archive/zip_directory.h"
 #include "io/file/input_file.h"
 #include "io/file/name_folding.h"
-#include "io/mesh/mesh_reader.h"
+#include "io/mesh/mesh_format.h"
+#include "io/word_list.h"
 
 namespace meander {
 
@@ -32,8 +33,8 @@ constexpr std::ptrdiff_t max_variants = 4096;  // spellings of one name that are
 constexpr std::array<std::pair<std::string_view, ArchiveKind>, 4> extensions = {
     {{".zip", ArchiveKind::zip},
      {".tar", ArchiveKind::tar},
-     {".tgz", ArchiveKind::tar_gzip},
-     {".tar.gz", ArchiveKind::tar_gzip}}};
+     {".tar.gz", ArchiveKind::tar_gzip},
+     {".tgz", ArchiveKind::tar_gzip}}};
 constexpr std::string_view gzip_extension = ".gz";
 
 std::string lower_case(std::string text) {
@@ -109,6 +110,12 @@ std::optional<ArchiveKind> archive_kind_of(const fs::path& path) {
   if (name.ends_with(gzip_extension) && mesh_format_of(name_without_packing(path), format))
     return ArchiveKind::gzip;
   return std::nullopt;
+}
+
+std::string archive_extensions() {
+  std::vector<std::string_view> names;
+  for (const auto& [extension, kind] : extensions) names.push_back(extension);
+  return word_list(names);
 }
 
 std::string name_without_packing(const fs::path& path) {

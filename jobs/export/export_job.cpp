@@ -135,9 +135,7 @@ bool is_mesh_file(const fs::path& path) {
   std::error_code none;
   if (!mesh_format_of(path, format) || !fs::is_regular_file(path, none)) return false;
   try {
-    const FileKind kind = kind_of_file(path);
-    return kind == FileKind::ply_mesh || kind == FileKind::off_mesh || kind == FileKind::obj_mesh ||
-           kind == FileKind::stl_mesh || kind == FileKind::gltf_mesh;
+    return is_mesh(kind_of_file(path));
   } catch (const RunError&) {
     return false;  // it cannot be read, by a run either
   }

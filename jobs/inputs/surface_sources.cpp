@@ -11,6 +11,7 @@
 #include "io/digest.h"
 #include "io/file/file_bytes.h"
 #include "io/image/png_reader.h"
+#include "io/utf8.h"
 #include "jobs/cli/option_words.h"
 #include "jobs/cli/usage_error.h"
 #include "kernels/core/spelling.h"
@@ -56,7 +57,7 @@ SurfaceSource open_surface(const std::string& argument, const HeightFieldOptions
     source.content_sha256 = sha256(file.bytes());
     if (surface_kind(argument) == SurfaceKind::nurbs) {
       source.surface =
-          parse_nurbs_patch({reinterpret_cast<const char*>(file.bytes().data()), file.bytes().size()});
+          parse_nurbs_patch(text_of(file.bytes()));
       return source;
     }
     const GrayImage image = read_gray_png(argument);

@@ -6,6 +6,7 @@
 
 #include "io/file/atomic_file.h"
 #include "io/json_writer.h"
+#include "io/mesh/point_reader.h"
 #include "io/table/csv_writer.h"
 #include "io/table/json_table.h"
 #include "io/table/text_table.h"
@@ -114,8 +115,8 @@ JobFunction add_measure_job(Command& program) {
   command.add_option("WHAT", options->what, help).required().one_of(names);
   command
       .add_option("INPUT", options->inputs,
-                  "Stores (FILE.h5: all ok items, FILE.h5::ITEM: one), point files (.ply .xyz .txt .csv .pts "
-                  ".off .npy); two meshes for distance")
+                  "Stores (FILE.h5: all ok items, FILE.h5::ITEM: one), point files (" + point_extensions() +
+                      "); two meshes for distance")
       .required();
   command.add_option(
       "--surface", options->surface,
