@@ -177,6 +177,8 @@ TEST_CASE("peek_mesh: malformed and odd files have an estimate too") {
   check_estimate(peek_file(folder / "lines.off"), {3, 1}, 1);
   write_file(folder / "continued.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 \\\n3\n");
   check_estimate(peek_file(folder / "continued.obj"), {3, 1}, 1);
+  write_file(folder / "long_header.off", "OFF BINARY " + std::string(300000, 'x'));
+  REQUIRE(peek_file(folder / "long_header.off").file_bytes == 300011);
   REQUIRE_THROWS_AS(peek_mesh(folder / "absent.off", MeshFormat::off), ItemError);
 }
 
