@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <cstring>
@@ -16,6 +15,7 @@
 #include "io/file/file_descriptor.h"
 #include "io/mesh/format_readers.h"
 #include "io/utf8.h"
+#include "io/word_list.h"
 #include "kernels/core/status.h"
 
 namespace meander {
@@ -60,13 +60,6 @@ bool is_text(const Head& head) {
     rest.remove_prefix(length);
   }
   return true;
-}
-
-std::string lower_case(std::string_view text) {
-  std::string lower(text);
-  std::transform(lower.begin(), lower.end(), lower.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return lower;
 }
 
 std::string_view without_blanks(std::string_view text) {
@@ -159,7 +152,7 @@ bool is_json(std::string_view text) {
 FileKind text_kind(const Head& head) {
   const std::string_view text = without_blanks(head.bytes);
   if (text.starts_with('<')) {
-    const std::string start = lower_case(text.substr(0, 4096));
+    const std::string start = lower_ascii(text.substr(0, 4096));
     if (start.starts_with("<!doctype html") || start.starts_with("<html")) return FileKind::html;
     return start.find("<svg") != std::string::npos ? FileKind::svg : FileKind::text;
   }

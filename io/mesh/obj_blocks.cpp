@@ -125,9 +125,12 @@ class ObjBlockReader {
                                         : std::numeric_limits<float>::quiet_NaN());
   }
 
+  std::string_view rest_of_line() const {
+    return {at_, static_cast<std::size_t>(text::find_line_end(at_, end_) - at_)};
+  }
+
   void read_material() {
-    const char* const line_end = text::find_line_end(at_, end_);
-    const std::string_view line(at_, static_cast<std::size_t>(line_end - at_));
+    const std::string_view line = rest_of_line();
     if (text::same_word(line.substr(0, 6), "usemtl") && (line.size() == 6 || text::is_separator(line[6])))
       part_.materials.push_back({part_.polygons.count(), trimmed(line.substr(6))});
   }
@@ -135,8 +138,7 @@ class ObjBlockReader {
   // ZBrush keeps colours of vertices in comments: `#MRGB` and up to 64 times eight digits, mask, red, green
   // and blue.
   void read_painted() {
-    const char* const line_end = text::find_line_end(at_, end_);
-    const std::string_view line(at_, static_cast<std::size_t>(line_end - at_));
+    const std::string_view line = rest_of_line();
     if (!line.starts_with("#MRGB ")) return;
     const std::string_view digits = trimmed(line.substr(6));
     for (std::size_t at = 0; at + 8 <= digits.size(); at += 8) {
@@ -150,9 +152,7 @@ class ObjBlockReader {
 
   // What stands behind a keyword of one letter.
   void read_name(std::vector<NameUse>& uses) {
-    const char* const line_end = text::find_line_end(at_ + 1, end_);
-    const std::string_view name(at_ + 1, static_cast<std::size_t>(line_end - at_ - 1));
-    uses.push_back({part_.polygons.count(), trimmed(name)});
+    uses.push_back({part_.polygons.count(), trimmed(rest_of_line().substr(1))});
   }
 
   // A normal that cannot be read stays in its place as zero: what uses it falls back to the geometric one.

@@ -190,6 +190,23 @@ class CurrentMaterial {
   std::set<std::string_view> missing_;
 };
 
+// Calls use(name) for the names that hold from a face on, as far as no other follows before the next face,
+// and face() for each face.
+template <class Use, class Face>
+void for_each_face(const std::vector<ObjPart>& parts, const std::vector<std::size_t>& polygons,
+                   std::vector<NameUse> ObjPart::*member, const Use& use, const Face& face) {
+  for (std::size_t b = 0; b < parts.size(); ++b) {
+    const std::vector<NameUse>& uses = parts[b].*member;
+    std::size_t next = 0;
+    for (std::size_t p = 0; p <= polygons[b]; ++p) {
+      const std::size_t before = next;
+      while (next < uses.size() && uses[next].polygon <= p) ++next;
+      if (next > before) use(uses[next - 1].name);
+      if (p < polygons[b]) face();
+    }
+  }
+}
+
 // Colours of vertices, polygons and blocks: a material holds until the next one is named.
 SurfaceColors join_colors(std::vector<ObjPart>& parts, const std::vector<std::size_t>& polygons,
                           const MtlMaterials& materials, ObjExtras extras, CornerCoordinates coordinates,
@@ -216,19 +233,12 @@ SurfaceColors join_colors(std::vector<ObjPart>& parts, const std::vector<std::si
   if (!names_any && materials.by_name.size() > 1)
     notes.add(Note::material_missing,
               fmt::format("faces name no material, and the libraries have {}", materials.by_name.size()));
-  for (std::size_t b = 0; b < parts.size(); ++b) {
-    const std::vector<NameUse>& uses = parts[b].materials;
-    std::size_t next = 0;
-    for (std::size_t p = 0; p < polygons[b]; ++p) {
-      for (; next < uses.size() && uses[next].polygon <= p; ++next) {
-        const bool is_last = next + 1 == uses.size() || uses[next + 1].polygon > p;
-        if (is_last) current.use(uses[next].name);
-      }
-      colors.face.insert(colors.face.end(), current.color.begin(), current.color.end());
-      if (extras.textures) textures->face.push_back(current.texture);
-    }
-    if (next < uses.size()) current.use(uses.back().name);
-  }
+  for_each_face(
+      parts, polygons, &ObjPart::materials, [&](std::string_view name) { current.use(name); },
+      [&] {
+        colors.face.insert(colors.face.end(), current.color.begin(), current.color.end());
+        if (extras.textures) textures->face.push_back(current.texture);
+      });
   if (!textures->textures.empty()) colors.textures = std::move(textures);
   return colors;
 }
@@ -270,21 +280,17 @@ NumberedFaces number_faces(const std::vector<ObjPart>& parts, const std::vector<
   std::map<std::string, std::size_t> numbers;
   std::optional<std::string> name = std::move(before);  // until a face has asked for its number
   double number = std::numeric_limits<double>::quiet_NaN();
-  for (std::size_t b = 0; b < parts.size(); ++b) {
-    const std::vector<NameUse>& uses = parts[b].*member;
-    std::size_t next = 0;
-    for (std::size_t p = 0; p < polygons[b]; ++p) {
-      for (; next < uses.size() && uses[next].polygon <= p; ++next) name = name_of(uses[next].name);
-      if (name) {
-        const auto [at, is_new] = numbers.try_emplace(*name, numbers.size());
-        if (is_new) made.names.push_back(*name);
-        number = static_cast<double>(at->second);
-        name.reset();
-      }
-      made.values.push_back(number);
-    }
-    if (next < uses.size()) name = name_of(uses.back().name);
-  }
+  for_each_face(
+      parts, polygons, member, [&](std::string_view use) { name = name_of(use); },
+      [&] {
+        if (name) {
+          const auto [at, is_new] = numbers.try_emplace(*name, numbers.size());
+          if (is_new) made.names.push_back(*name);
+          number = static_cast<double>(at->second);
+          name.reset();
+        }
+        made.values.push_back(number);
+      });
   return made;
 }
 
