@@ -13,7 +13,6 @@
 #include <vector>
 
 #include "io/file/file_descriptor.h"
-#include "io/mesh/format_readers.h"
 #include "io/utf8.h"
 #include "io/word_list.h"
 #include "kernels/core/status.h"

@@ -90,7 +90,4 @@ void check_text(std::string_view text, std::string_view called, std::optional<Me
 // when there is none; empty when in doubt. Looks at the first 64 KiB.
 std::string foreign_content(std::string_view text, std::optional<MeshFormat> format);
 
-// Whether the size is that of a binary STL file with the facet count it states; `head` is its beginning.
-bool is_exact_binary_stl(std::string_view head, std::uint64_t bytes);
-
 }  // namespace meander

@@ -87,4 +87,7 @@ struct RecognizedMesh {
 };
 std::optional<RecognizedMesh> recognize_mesh(std::string_view head, std::optional<MeshFormat> except = {});
 
+// Whether the size is that of a binary STL file with the facet count it states; `head` is its beginning.
+bool is_exact_binary_stl(std::string_view head, std::uint64_t bytes);
+
 }  // namespace meander
