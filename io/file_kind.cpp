@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <cstring>
@@ -15,6 +14,7 @@
 
 #include "io/file/file_descriptor.h"
 #include "io/utf8.h"
+#include "io/word_list.h"
 #include "kernels/core/status.h"
 
 namespace meander {
@@ -61,13 +61,6 @@ bool is_text(const Head& head) {
   return true;
 }
 
-std::string lower_case(std::string_view text) {
-  std::string lower(text);
-  std::transform(lower.begin(), lower.end(), lower.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return lower;
-}
-
 std::string_view without_blanks(std::string_view text) {
   text = without_byte_order_mark(text);
   const std::size_t at = text.find_first_not_of(" \t\r\n\f");
@@ -103,44 +96,6 @@ bool is_number(std::string_view word) {
   double value = 0;
   const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
   return error != std::errc::invalid_argument && end == word.data() + word.size();
-}
-
-FileKind ply_kind(std::string_view bytes) {
-  const std::size_t at = bytes.find("element face");
-  const std::size_t end = bytes.find("end_header");
-  if (at > end || at == std::string_view::npos) return FileKind::ply_points;
-  const auto words = words_of(bytes.substr(at, bytes.find('\n', at) - at));
-  return words.size() >= 3 && words[2] == "0" ? FileKind::ply_points : FileKind::ply_mesh;
-}
-
-// OFF and its variants (NOFF, COFF, STOFF, 4OFF ...), text or binary.
-std::optional<FileKind> off_kind(const Head& head) {
-  const auto lines = lines_of(head);
-  if (lines.empty()) return std::nullopt;
-  const auto first = words_of(lines.front());
-  if (!first.front().ends_with("OFF") || first.front().find_first_not_of("STCN4nOF") != std::string::npos)
-    return std::nullopt;
-  std::vector<std::string_view> numbers(first.begin() + 1, first.end());
-  for (std::size_t i = 1; i < lines.size() && numbers.size() < 2; ++i) {
-    if (lines[i].starts_with('#')) continue;
-    const auto words = words_of(lines[i]);
-    numbers.insert(numbers.end(), words.begin(), words.end());
-  }
-  return numbers.size() >= 2 && numbers[1] == "0" ? FileKind::off_points : FileKind::off_mesh;
-}
-
-bool is_obj(const std::vector<std::string_view>& lines) {
-  constexpr std::array named = {"o"sv, "g"sv, "mtllib"sv, "usemtl"sv};
-  constexpr std::array numbered = {"v"sv, "vt"sv, "vn"sv, "vp"sv, "f"sv, "l"sv, "s"sv};
-  for (const std::string_view line : lines) {
-    if (line.starts_with('#')) continue;
-    const auto words = words_of(line);
-    const auto among = [&](const auto& keys) {
-      return words.size() > 1 && std::find(keys.begin(), keys.end(), words.front()) != keys.end();
-    };
-    return among(named) || (among(numbered) && words[1].find_first_of("+-.0123456789o") == 0);
-  }
-  return false;
 }
 
 // Every row has as many cells as the first, two or more (RFC 4180). A row that the end of the head cuts does
@@ -193,28 +148,17 @@ bool is_json(std::string_view text) {
                                : inside.find_first_of("\"{[]-0123456789") == 0;
 }
 
-// Members of the outermost object, which programs write in any order.
-bool is_gltf(std::string_view json) {
-  int members = 0;
-  for (const std::string_view name :
-       {R"("asset")"sv, R"("accessors")"sv, R"("bufferViews")"sv, R"("scenes")"sv})
-    members += json.find(name) != std::string_view::npos ? 1 : 0;
-  return json.starts_with('{') && members >= 2;
-}
-
 FileKind text_kind(const Head& head) {
   const std::string_view text = without_blanks(head.bytes);
   if (text.starts_with('<')) {
-    const std::string start = lower_case(text.substr(0, 4096));
+    const std::string start = lower_ascii(text.substr(0, 4096));
     if (start.starts_with("<!doctype html") || start.starts_with("<html")) return FileKind::html;
     return start.find("<svg") != std::string::npos ? FileKind::svg : FileKind::text;
   }
-  if (is_json(text)) return is_gltf(text) ? FileKind::gltf_mesh : FileKind::json;
+  if (is_json(text)) return FileKind::json;
   const auto lines = lines_of(head);
   if (is_failed_list(lines)) return FileKind::item_list;
   if (is_csv(head)) return FileKind::csv;
-  if (text.starts_with("solid")) return FileKind::stl_mesh;
-  if (is_obj(lines)) return FileKind::obj_mesh;
   if (text.starts_with("# ")) return FileKind::item_list;
   return is_xyz(lines) ? FileKind::xyz : FileKind::text;
 }
@@ -241,8 +185,7 @@ bool is_distance_matrix(const Head& head) {
 
 FileKind binary_kind(const Head& head) {
   const std::string_view bytes = head.bytes;
-  if (bytes.size() >= 84 && head.size == 84 + std::uint64_t{50} * number_at(bytes, 80))
-    return FileKind::stl_mesh;
+  if (is_exact_binary_stl(bytes, head.size)) return mesh_kind(MeshFormat::stl);
   if (bytes.size() >= 8 &&
       head.size == 8 + std::uint64_t{4} * number_at(bytes, 0) * std::uint64_t{number_at(bytes, 4)})
     return FileKind::fbin;
@@ -251,7 +194,12 @@ FileKind binary_kind(const Head& head) {
 
 }  // namespace
 
-std::string_view describe(FileKind kind) {
+std::string describe(FileKind kind) {
+  if (is_mesh(kind))
+    return std::string(
+               mesh_formats()[static_cast<std::size_t>(kind) - static_cast<std::size_t>(FileKind::mesh)]
+                   ->called) +
+           " mesh";
   constexpr std::array names = {"an empty file"sv,
                                 "a Meander store"sv,
                                 "an HDF5 file"sv,
@@ -264,11 +212,6 @@ std::string_view describe(FileKind kind) {
                                 "a text file of coordinates"sv,
                                 "a PLY file of points"sv,
                                 "an OFF file of points"sv,
-                                "a PLY mesh"sv,
-                                "an OFF mesh"sv,
-                                "an OBJ mesh"sv,
-                                "an STL mesh"sv,
-                                "a glTF mesh"sv,
                                 "an fbin file"sv,
                                 "a numpy array"sv,
                                 "a tar archive"sv,
@@ -278,7 +221,7 @@ std::string_view describe(FileKind kind) {
                                 "a text file"sv,
                                 "a file of unknown content"sv};
   static_assert(names.size() == static_cast<std::size_t>(FileKind::unknown) + 1);
-  return names[static_cast<std::size_t>(kind)];
+  return std::string(names[static_cast<std::size_t>(kind)]);
 }
 
 FileKind kind_of_file(const std::filesystem::path& path) {
@@ -290,11 +233,12 @@ FileKind kind_of_file(const std::filesystem::path& path) {
   if (is_hdf5(bytes)) return FileKind::hdf5;
   if (bytes.starts_with("\x89PNG\r\n\x1a\n"sv)) return FileKind::png;
   if (bytes.starts_with("\x93NUMPY"sv)) return FileKind::npy;
-  if (bytes.starts_with("glTF"sv)) return FileKind::gltf_mesh;
   if (bytes.starts_with("PK\3\4"sv) || bytes.starts_with("PK\5\6"sv)) return FileKind::zip;
   if (bytes.substr(std::min<std::size_t>(257, bytes.size())).starts_with("ustar"sv)) return FileKind::tar;
-  if (bytes.starts_with("ply\n") || bytes.starts_with("ply\r")) return ply_kind(bytes);
-  if (const auto off = off_kind(head)) return *off;
+  if (const auto found = recognize_mesh(bytes)) {
+    if (found->content == LooksLike::mesh) return mesh_kind(found->format);
+    return found->format == MeshFormat::ply ? FileKind::ply_points : FileKind::off_points;
+  }
   return is_text(head) ? text_kind(head) : binary_kind(head);
 }
 

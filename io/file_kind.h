@@ -3,7 +3,10 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <string>
 #include <string_view>
+
+#include "io/mesh/mesh_format.h"
 
 namespace meander {
 
@@ -20,26 +23,27 @@ enum class FileKind : std::uint8_t {
   xyz,         // text of numbers alone, three or more a line
   ply_points,  // PLY and OFF files without a face
   off_points,
-  ply_mesh,
-  off_mesh,
-  obj_mesh,
-  stl_mesh,
-  gltf_mesh,  // binary glTF, or JSON with members of glTF
-  fbin,       // number of rows, width, then that many float32
-  npy,        // an array of numpy
+  fbin,  // number of rows, width, then that many float32
+  npy,   // an array of numpy
   tar,
   zip,              // arrays of numpy (npz) among others
   scores,           // of queries: meander retrieve evaluate --write-scores
   distance_matrix,  // n x n float32 without header: finite, none negative, the first 0
   text,             // any other text
-  unknown
+  unknown,
+  mesh  // of the first mesh format; those of others follow: see mesh_kind
 };
+
+constexpr FileKind mesh_kind(MeshFormat format) {
+  return static_cast<FileKind>(static_cast<int>(FileKind::mesh) + static_cast<int>(format));
+}
+constexpr bool is_mesh(FileKind kind) { return kind >= FileKind::mesh; }
 
 // What files of scores begin with.
 inline constexpr std::string_view scores_magic = "meander scores 1\n";
 
 // For messages, with the article: "a PNG picture", "an OFF mesh".
-std::string_view describe(FileKind kind);
+std::string describe(FileKind kind);
 
 // Reads up to 64 KiB of the file. The most specific kind that fits; a file that is cut short or damaged
 // further on keeps the kind that its beginning shows. Throws FileError when it cannot be read. The

@@ -1,7 +1,8 @@
-// Telling UTF-8 from other bytes.
+// Bytes as text, and UTF-8 told from other bytes.
 #pragma once
 
 #include <cstddef>
+#include <span>
 #include <string_view>
 
 namespace meander {
@@ -24,6 +25,10 @@ constexpr std::size_t utf8_sequence_length(std::string_view text) {
   if (lead == 0xF0 && byte(1) < 0x90) return 0;
   if (lead == 0xF4 && byte(1) >= 0x90) return 0;
   return length;
+}
+
+inline std::string_view text_of(std::span<const std::byte> bytes) {
+  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
 // What stands behind the byte-order mark of a text in UTF-8, or all of it where there is none.

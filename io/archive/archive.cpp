@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <new>
 #include <utility>
 
@@ -14,7 +13,8 @@
 #include "io/archive/zip_directory.h"
 #include "io/file/input_file.h"
 #include "io/file/name_folding.h"
-#include "io/mesh/mesh_reader.h"
+#include "io/mesh/mesh_format.h"
+#include "io/word_list.h"
 
 namespace meander {
 
@@ -32,15 +32,9 @@ constexpr std::ptrdiff_t max_variants = 4096;  // spellings of one name that are
 constexpr std::array<std::pair<std::string_view, ArchiveKind>, 4> extensions = {
     {{".zip", ArchiveKind::zip},
      {".tar", ArchiveKind::tar},
-     {".tgz", ArchiveKind::tar_gzip},
-     {".tar.gz", ArchiveKind::tar_gzip}}};
+     {".tar.gz", ArchiveKind::tar_gzip},
+     {".tgz", ArchiveKind::tar_gzip}}};
 constexpr std::string_view gzip_extension = ".gz";
-
-std::string lower_case(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return text;
-}
 
 std::uint32_t checksum(std::string_view bytes) { return libdeflate_crc32(0, bytes.data(), bytes.size()); }
 
@@ -102,7 +96,7 @@ class FirstPass final : public ByteSource {
 }  // namespace
 
 std::optional<ArchiveKind> archive_kind_of(const fs::path& path) {
-  const std::string name = lower_case(path.filename().string());
+  const std::string name = lower_ascii(path.filename().string());
   for (const auto& [extension, kind] : extensions)
     if (name.size() > extension.size() && name.ends_with(extension)) return kind;
   MeshFormat format;
@@ -111,9 +105,15 @@ std::optional<ArchiveKind> archive_kind_of(const fs::path& path) {
   return std::nullopt;
 }
 
+std::string archive_extensions() {
+  std::vector<std::string_view> names;
+  for (const auto& [extension, kind] : extensions) names.push_back(extension);
+  return word_list(names);
+}
+
 std::string name_without_packing(const fs::path& path) {
   std::string name = path.filename().string();
-  const std::string lower = lower_case(name);
+  const std::string lower = lower_ascii(name);
   std::size_t longest = lower.ends_with(gzip_extension) ? gzip_extension.size() : 0;
   for (const auto& [extension, kind] : extensions)
     if (lower.size() > extension.size() && lower.ends_with(extension))

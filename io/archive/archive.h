@@ -25,6 +25,8 @@ enum class ArchiveKind : std::uint8_t { zip, tar, tar_gzip, gzip };
 
 // By extension, case-insensitive; gzip only for the name of a mesh with .gz behind it.
 std::optional<ArchiveKind> archive_kind_of(const std::filesystem::path& path);
+// The extensions of archives of many files, for documents: ".zip, .tar, .tar.gz, .tgz".
+std::string archive_extensions();
 // The name without the extensions of archives: "set" of "set.tar.gz", "a.off" of "a.off.gz".
 std::string name_without_packing(const std::filesystem::path& path);
 

@@ -137,12 +137,13 @@ ModelBytes::ModelBytes(const ModelPlace& place, std::uint64_t most_unpacked, boo
     for (std::string& name : names) companions_.push_back({.path = std::move(name), .is_image = is_image});
     for (std::size_t k = first; k < companions_.size(); ++k) open_companion(place, companions_[k], of_colors);
   };
-  open_all(companion_paths(own_.bytes(), format_), false, false);
+  const FormatRow& row = row_of(format_);
+  const std::span<const std::byte> bytes = own_.bytes();
+  if (row.companions != nullptr) open_all(row.companions(bytes), false, false);
   const std::size_t of_surface = companions_.size();
-  if (colors_) {
-    open_all(color_companion_paths(own_.bytes(), format_), true, format_ != MeshFormat::obj);
-    open_all(library_image_paths(own_.bytes(), format_, companions_), true, true);
-  }
+  if (colors_ && row.color_companions != nullptr)
+    open_all(row.color_companions(bytes), true, row.library_images == nullptr);
+  if (colors_ && row.library_images != nullptr) open_all(row.library_images(bytes, companions_), true, true);
   color_companions_ = companions_.size() - of_surface;
 }
 

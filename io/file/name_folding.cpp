@@ -8,6 +8,7 @@
 #include <new>
 
 #include "io/utf8.h"
+#include "io/word_list.h"
 
 namespace meander {
 
@@ -38,13 +39,6 @@ std::string from_latin1(std::string_view text) {
     }
   }
   return utf8;
-}
-
-std::string lower_ascii(std::string_view name) {
-  std::string lower(name);
-  for (char& c : lower)
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  return lower;
 }
 
 }  // namespace

@@ -213,8 +213,6 @@ void decode_bmp_runs(const BmpHeader& header, const BmpPalette& palette, std::sp
   }
 }
 
-}  // namespace
-
 bool is_bmp(std::span<const std::byte> bytes) {
   return bytes.size() >= 2 && bytes[0] == std::byte{'B'} && bytes[1] == std::byte{'M'};
 }
@@ -248,5 +246,9 @@ ColorImage decode_color_bmp(std::span<const std::byte> bytes, const CancelToken&
   }
   return image;
 }
+
+}  // namespace
+
+extern const ImageFormat bmp_image_format = {"BMP", is_bmp, memory_of_bmp, decode_color_bmp};
 
 }  // namespace meander

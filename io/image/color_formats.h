@@ -1,4 +1,4 @@
-// Internal to io/image: the decoders behind decode_color_image, one per format.
+// Internal to io/image: what the decoders behind decode_color_image share.
 //
 // Each throws ItemError(unreadable) with the sentence that the image gets as its problem: an ImageError where
 // the loss is another one than image_unreadable.
@@ -21,26 +21,17 @@ class ImageError : public ItemError {
   Note loss_;
 };
 
-bool is_png(std::span<const std::byte> bytes);
-bool is_jpeg(std::span<const std::byte> bytes);
-bool is_webp(std::span<const std::byte> bytes);
-bool is_gif(std::span<const std::byte> bytes);
-bool is_bmp(std::span<const std::byte> bytes);
-// TGA files begin with no mark: to be asked after all others. Holds where each field of the header is one
-// that the format has; text, and files that begin with any of the other marks, have none such.
-bool is_tga(std::span<const std::byte> bytes);
-ImageMemory memory_of_png(std::span<const std::byte> bytes);
-ImageMemory memory_of_jpeg(std::span<const std::byte> bytes);
-ImageMemory memory_of_webp(std::span<const std::byte> bytes);
-ImageMemory memory_of_gif(std::span<const std::byte> bytes);
-ImageMemory memory_of_bmp(std::span<const std::byte> bytes);
-ImageMemory memory_of_tga(std::span<const std::byte> bytes);
-ColorImage decode_color_png(std::span<const std::byte> bytes, const CancelToken& cancel);
-ColorImage decode_color_jpeg(std::span<const std::byte> bytes, const CancelToken& cancel);
-ColorImage decode_color_webp(std::span<const std::byte> bytes, const CancelToken& cancel);
-ColorImage decode_color_gif(std::span<const std::byte> bytes, const CancelToken& cancel);
-ColorImage decode_color_bmp(std::span<const std::byte> bytes, const CancelToken& cancel);
-ColorImage decode_color_tga(std::span<const std::byte> bytes, const CancelToken& cancel);
+// A format of images. Each decoder defines its own row, and the list in color_image.cpp names all.
+struct ImageFormat {
+  std::string_view name;
+  bool (*is)(std::span<const std::byte> bytes);
+  ImageMemory (*memory)(std::span<const std::byte> bytes);  // see memory_of_image
+  ColorImage (*decode)(std::span<const std::byte> bytes, const CancelToken& cancel);
+  // Whether files begin with a mark. One without is asked after all others: it holds where each field of the
+  // header is one that the format has; text, and files that begin with any of the other marks, have none
+  // such.
+  bool has_mark = true;
+};
 
 // The name of a format that is told apart but not read, as "a KTX2 file"; empty: none of them.
 std::string_view unread_image_format(std::span<const std::byte> bytes);

@@ -1,34 +1,36 @@
 #include "io/image/color_image.h"
 
+#include <algorithm>
 #include <array>
 #include <string>
 
 #include "io/image/color_formats.h"
+#include "io/word_list.h"
 #include "kernels/core/status.h"
 
 namespace meander {
 
+extern const ImageFormat png_image_format, jpeg_image_format, webp_image_format, gif_image_format,
+    bmp_image_format, tga_image_format;
+
 namespace {
 
-struct ImageFormat {
-  bool (*is)(std::span<const std::byte> bytes);
-  ImageMemory (*memory)(std::span<const std::byte> bytes);
-  ColorImage (*decode)(std::span<const std::byte> bytes, const CancelToken& cancel);
-};
+constexpr std::array<const ImageFormat*, 6> image_formats = {&png_image_format,  &jpeg_image_format,
+                                                             &webp_image_format, &gif_image_format,
+                                                             &bmp_image_format,  &tga_image_format};
 
-// Null where the bytes begin like none of the formats that are read. TGA has no mark of its own.
+std::string names_of_images(std::string_view conjunction) {
+  std::array<std::string_view, image_formats.size()> names;
+  std::transform(image_formats.begin(), image_formats.end(), names.begin(),
+                 [](const ImageFormat* format) { return format->name; });
+  return word_list(names, conjunction);
+}
+
+// Null where the bytes begin like none of the formats that are read.
 const ImageFormat* image_format_of(std::span<const std::byte> bytes) {
-  static constexpr std::array<ImageFormat, 6> formats = {{
-      {is_png, memory_of_png, decode_color_png},
-      {is_jpeg, memory_of_jpeg, decode_color_jpeg},
-      {is_webp, memory_of_webp, decode_color_webp},
-      {is_gif, memory_of_gif, decode_color_gif},
-      {is_bmp, memory_of_bmp, decode_color_bmp},
-      {is_tga, memory_of_tga, decode_color_tga},
-  }};
-  for (const ImageFormat& format : formats) {
-    if (format.is == is_tga && !unread_image_format(bytes).empty()) return nullptr;
-    if (format.is(bytes)) return &format;
+  for (const ImageFormat* const format : image_formats) {
+    if (!format->has_mark && !unread_image_format(bytes).empty()) return nullptr;
+    if (format->is(bytes)) return format;
   }
   return nullptr;
 }
@@ -57,8 +59,8 @@ ColorImage decode_color_image(std::span<const std::byte> bytes, const CancelToke
     if (const ImageFormat* const format = image_format_of(bytes)) return format->decode(bytes, cancel);
     lost.loss = Note::image_unsupported;
     const std::string_view name = unread_image_format(bytes);
-    lost.problem = name.empty() ? "neither a PNG, JPEG, WebP, GIF, BMP nor TGA file"
-                                : std::string(name) + "; PNG, JPEG, WebP, GIF, BMP and TGA are read";
+    lost.problem = name.empty() ? "neither a " + names_of_images("nor") + " file"
+                                : std::string(name) + "; " + names_of_images("and") + " are read";
     if (bytes.empty()) {
       lost.loss = Note::image_unreadable;
       lost.problem = "the file is empty";

@@ -7,6 +7,7 @@
 
 #include "io/image/color_formats.h"
 #include "io/image/image_cursor.h"
+#include "io/utf8.h"
 
 namespace meander {
 
@@ -188,10 +189,8 @@ void decode_gif_pixels(std::span<const std::byte> bytes, const GifFrame& frame, 
   }
 }
 
-}  // namespace
-
 bool is_gif(std::span<const std::byte> bytes) {
-  const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  const std::string_view text = text_of(bytes);
   return text.starts_with("GIF87a") || text.starts_with("GIF89a");
 }
 
@@ -214,5 +213,9 @@ ColorImage decode_color_gif(std::span<const std::byte> bytes, const CancelToken&
   decode_gif_pixels(bytes, frame, pixels);
   return image;
 }
+
+}  // namespace
+
+extern const ImageFormat gif_image_format = {"GIF", is_gif, memory_of_gif, decode_color_gif};
 
 }  // namespace meander

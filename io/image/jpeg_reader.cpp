@@ -128,8 +128,6 @@ void inks_to_rgb(const JSAMPLE* inks, std::size_t width, bool inverted, std::uin
           static_cast<std::uint8_t>((light(inks[4 * x + c]) * light(inks[4 * x + 3]) + 127) / 255);
 }
 
-}  // namespace
-
 bool is_jpeg(std::span<const std::byte> bytes) {
   return bytes.size() >= 3 && bytes[0] == std::byte{0xFF} && bytes[1] == std::byte{0xD8} &&
          bytes[2] == std::byte{0xFF};
@@ -170,5 +168,9 @@ ColorImage decode_color_jpeg(std::span<const std::byte> bytes, const CancelToken
   if (!decoder.finish()) fail_decoding_jpeg(decoder);
   return image;
 }
+
+}  // namespace
+
+extern const ImageFormat jpeg_image_format = {"JPEG", is_jpeg, memory_of_jpeg, decode_color_jpeg};
 
 }  // namespace meander

@@ -125,8 +125,6 @@ void check_promise(const Decoder& decoder, std::uint32_t width, std::uint32_t he
          std::to_string(decoder.bytes.size()) + " bytes can hold");
 }
 
-}  // namespace
-
 bool is_png(std::span<const std::byte> bytes) {
   return bytes.size() >= signature_bytes &&
          png_sig_cmp(reinterpret_cast<png_const_bytep>(bytes.data()), 0, signature_bytes) == 0;
@@ -169,6 +167,10 @@ ColorImage decode_color_png(std::span<const std::byte> bytes, const CancelToken&
   if (!decoder.read_end()) fail_decoding(decoder);
   return image;
 }
+
+}  // namespace
+
+extern const ImageFormat png_image_format = {"PNG", is_png, memory_of_png, decode_color_png};
 
 GrayImage decode_gray_png(std::span<const std::byte> bytes, std::uint64_t most_bytes) {
   if (!is_png(bytes)) fail("not a PNG file: it does not begin with the PNG signature");

@@ -9,6 +9,7 @@
 
 #include "io/image/color_formats.h"
 #include "io/image/image_cursor.h"
+#include "io/utf8.h"
 
 namespace meander {
 
@@ -37,7 +38,7 @@ bool has_tga_footer(std::span<const std::byte> bytes) {
   using namespace std::string_view_literals;
   constexpr std::string_view mark = "TRUEVISION-XFILE.\0"sv;
   if (bytes.size() < tga_header_bytes + tga_footer_bytes) return false;
-  return std::string_view(reinterpret_cast<const char*>(bytes.data()), bytes.size()).ends_with(mark);
+  return text_of(bytes).ends_with(mark);
 }
 
 // Bytes of a colour of so many bits, or 0.
@@ -147,8 +148,6 @@ class TgaDecoder {
   std::vector<std::array<std::uint8_t, 3>> palette_;
 };
 
-}  // namespace
-
 bool is_tga(std::span<const std::byte> bytes) { return tga_header(bytes).has_value(); }
 
 ImageMemory memory_of_tga(std::span<const std::byte> bytes) {
@@ -187,5 +186,9 @@ ColorImage decode_color_tga(std::span<const std::byte> bytes, const CancelToken&
   }
   return image;
 }
+
+}  // namespace
+
+extern const ImageFormat tga_image_format = {"TGA", is_tga, memory_of_tga, decode_color_tga, false};
 
 }  // namespace meander

@@ -93,7 +93,7 @@ std::string_view name_of_boxes(std::string_view text) {
 }  // namespace
 
 std::string_view unread_image_format(std::span<const std::byte> bytes) {
-  const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  const std::string_view text = text_of(bytes);
   for (const ImageMark& mark : image_marks)
     if (text.starts_with(mark.mark)) return mark.name;
   if (const std::string_view name = name_of_boxes(text); !name.empty()) return name;

@@ -10,6 +10,7 @@
 #include "io/image/color_formats.h"
 #include "io/image/image_cursor.h"
 #include "io/image/webp_codes.h"
+#include "io/utf8.h"
 
 namespace meander {
 
@@ -126,10 +127,8 @@ struct WebpDecoderDeleter {
   void operator()(WebPIDecoder* decoder) const { WebPIDelete(decoder); }
 };
 
-}  // namespace
-
 bool is_webp(std::span<const std::byte> bytes) {
-  const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  const std::string_view text = text_of(bytes);
   return text.size() >= 12 && text.starts_with("RIFF") && text.substr(8, 4) == "WEBP";
 }
 
@@ -179,5 +178,9 @@ ColorImage decode_color_webp(std::span<const std::byte> bytes, const CancelToken
   if (status != VP8_STATUS_OK) fail_webp("cannot be decoded");
   return image;
 }
+
+}  // namespace
+
+extern const ImageFormat webp_image_format = {"WebP", is_webp, memory_of_webp, decode_color_webp};
 
 }  // namespace meander

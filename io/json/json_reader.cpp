@@ -71,18 +71,16 @@ JsonObject::JsonObject(std::string_view text, std::string source) : source_(std:
 }
 
 std::optional<std::string> JsonObject::text(const std::string& name) const {
-  const auto found = members_.find(name);
-  if (found == members_.end()) return std::nullopt;
-  const nlohmann::json value = nlohmann::json::parse(found->second, nullptr, false);
+  if (!members_.contains(name)) return std::nullopt;
+  const auto value = nlohmann::json::parse(members_.at(name), nullptr, false);
   if (!value.is_string())
     throw RunError(RunError::Kind::unusable, fmt::format("{}: \"{}\" is not a text", source_, name));
   return value.get<std::string>();
 }
 
 std::optional<std::int64_t> JsonObject::integer(const std::string& name) const {
-  const auto found = members_.find(name);
-  if (found == members_.end()) return std::nullopt;
-  const nlohmann::json value = nlohmann::json::parse(found->second, nullptr, false);
+  if (!members_.contains(name)) return std::nullopt;
+  const auto value = nlohmann::json::parse(members_.at(name), nullptr, false);
   // Whole numbers from 2^63 on are the unsigned type of the library.
   if (!value.is_number_integer() || (value.is_number_unsigned() && value.get<std::uint64_t>() > INT64_MAX))
     throw RunError(RunError::Kind::unusable,

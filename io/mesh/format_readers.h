@@ -1,8 +1,7 @@
-// Internal to io/mesh: one reader per format over the bytes of a whole file, and what they share.
-//
-// Each throws ItemError as read_mesh does. `text` is UTF-8 or binary, without a byte-order mark.
+// Internal to io/mesh: what readers share.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <limits>
 #include <optional>
@@ -11,34 +10,22 @@
 #include <string_view>
 #include <vector>
 
+#include "io/mesh/mesh_peek.h"
 #include "io/mesh/mesh_reader.h"
+#include "io/mesh/peek_attributes.h"
 #include "io/mesh/point_reader.h"
 #include "io/mesh/polygon_parts.h"
+#include "io/utf8.h"
 
 namespace meander {
 
 // How often loops over rows look whether they are to stop.
 inline constexpr std::size_t rows_between_checks = 65536;
 
-PolygonMesh read_off(std::string_view text, const CancelToken& cancel, const BlockRule& rule,
-                     const MeshSurroundings& around = {});
-PolygonMesh read_obj(std::string_view text, const CancelToken& cancel, const BlockRule& rule,
-                     const MeshSurroundings& around = {});
-PolygonMesh read_ply(std::string_view text, const CancelToken& cancel, const BlockRule& rule,
-                     const MeshSurroundings& around = {});
-PolygonMesh read_gltf(std::string_view content, const CancelToken& cancel, const MeshSurroundings& around);
-PolygonMesh read_stl(std::string_view text, const CancelToken& cancel, const BlockRule& rule,
-                     const MeshSurroundings& around = {});
-
 // read_mesh with block sizes of the caller's choice.
 PolygonMesh read_mesh_in_blocks(std::span<const std::byte> bytes, MeshFormat format,
                                 const CancelToken& cancel, const BlockRule& rule,
                                 const MeshSurroundings& around = {});
-
-// Reads the JSON, all of it up to this size; beyond that the size of the file stands in. Throws
-// nothing for a file that cannot be read.
-inline constexpr std::uint64_t most_peeked_json = std::uint64_t{16} << 20;
-MeshEstimate peek_gltf(const ByteSource& file);
 
 // A component of a colour that is not there.
 inline constexpr float no_color = std::numeric_limits<float>::quiet_NaN();
@@ -57,8 +44,8 @@ std::string path_from_model(std::string_view path, std::string& reason);
 // read, the faces are not: the mesh has none.
 PointCloud read_ply_points(std::string_view text, const CancelToken& cancel, const BlockRule& rule);
 PolygonMesh read_off_vertices(std::string_view text, const CancelToken& cancel, const BlockRule& rule);
-PointCloud read_text_points(std::string_view text, const CancelToken& cancel);
-PointCloud read_npy_points(std::string_view content, const CancelToken& cancel);
+PointCloud read_text_points(std::string_view text, const CancelToken& cancel, const BlockRule& rule);
+PointCloud read_npy_points(std::string_view content, const CancelToken& cancel, const BlockRule& rule);
 
 // The numbers behind x y z in the rows of files that may not say what they are.
 struct TrailingNormals {
@@ -82,11 +69,13 @@ PointCloud read_points_in_blocks(std::string_view content, const std::filesystem
 // "vertex 3 of 10 is not finite".
 std::string not_finite(std::uint64_t vertex, std::uint64_t count);
 
-// The text of a file for those who look for lines in it: without a byte-order mark, and converted where the
-// reader would do so.
+// The text of a file: without a byte-order mark, and in UTF-8 with LF or CRLF at the end of every line, also
+// where the file is UTF-16, or has line ends of old Macintosh programs, in some of its lines or all. A file
+// that is not UTF-16 is left alone where `keeps_line_ends` says so.
 class DecodedText {
  public:
-  explicit DecodedText(std::span<const std::byte> bytes);
+  explicit DecodedText(std::string_view content, bool (*keeps_line_ends)(std::string_view) = nullptr);
+  explicit DecodedText(std::span<const std::byte> bytes) : DecodedText(text_of(bytes)) {}
   std::string_view text() const { return converted_ ? std::string_view(*converted_) : text_; }
 
  private:
@@ -94,15 +83,11 @@ class DecodedText {
   std::optional<std::string> converted_;
 };
 
-// The text in UTF-8 with LF or CRLF at the end of every line, when the file is neither: UTF-16, or line ends of
-// old Macintosh programs, in some of its lines or all. Binary PLY is left alone, and PLY with LF somewhere.
-std::optional<std::string> converted(std::string_view content, bool is_ply);
+// Throws ItemError(empty) for nothing but blanks, unreadable for foreign content; `called` is what the file
+// is by its name, with its article.
+void check_text(std::string_view text, std::string_view called, std::optional<MeshFormat> format);
 // What the content clearly is when it is not `format` ("a PLY file", "a gzip archive", ...), or of any format
 // when there is none; empty when in doubt. Looks at the first 64 KiB.
 std::string foreign_content(std::string_view text, std::optional<MeshFormat> format);
-// Whether the size is that of a binary STL file with the facet count it states.
-bool is_exact_binary_stl(std::string_view text);
-// Whether the beginning is that of an ascii STL file: `solid`, then a facet or the end.
-bool looks_like_ascii_stl(std::string_view text);
 
 }  // namespace meander

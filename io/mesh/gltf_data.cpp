@@ -14,6 +14,7 @@
 #include "io/mesh/format_readers.h"
 #include "io/mesh/gltf_extensions.h"
 #include "io/mesh/text_cursor.h"
+#include "io/utf8.h"
 
 namespace meander {
 
@@ -177,8 +178,7 @@ std::optional<std::string_view> GltfData::file_of(std::string_view uri, std::str
   }
   for (const CompanionFile& file : companions_) {
     if (file.path != path) continue;
-    if (file.problem.empty())
-      return std::string_view(reinterpret_cast<const char*>(file.bytes.data()), file.bytes.size());
+    if (file.problem.empty()) return text_of(file.bytes);
     // The same for a folder and an archive, whatever the system says.
     using Loss = CompanionFile::Loss;
     reason = shown + (file.loss == Loss::missing   ? " is not there"

@@ -14,6 +14,7 @@
 
 #include "io/json/json_tree.h"
 #include "io/mesh/mesh_reader.h"
+#include "io/mesh/polygon_parts.h"
 #include "kernels/mesh/count_limit.h"
 #include "kernels/mesh/surface_textures.h"
 
@@ -232,16 +233,21 @@ struct GltfCounts {
 // Throws ItemError(unreadable) when it names accessors that are not there or of another kind.
 GltfCounts count_primitive(const GltfDocument& document, const GltfPrimitive& primitive);
 
-// The external buffers, see companion_paths. Throws ItemError(unsupported_format) for more than 1,024.
+// The external buffers, see FormatRow::companions. Throws ItemError(unsupported_format) for more than 1,024.
 std::vector<std::string> companions_of(const GltfDocument& document);
 
 // The files of images that materials show, the same way; of more than 1,024 the first.
 std::vector<std::string> image_companions_of(const GltfDocument& document);
-// The same of the bytes of a file; none of one that cannot be read.
-std::vector<std::string> gltf_image_paths(std::string_view content);
 
 // What reading takes: vertices, triangles, the memory beside them; not the files. Throws as count_primitive,
 // and ItemError(unsupported_format) when there is more than 32 bits can number.
 MeshEstimate count_scene(const GltfDocument& document, const GltfScene& scene, const CancelToken& cancel);
+
+// The JSON of a file.
+std::string_view json_of(std::string_view content, const GltfChunks& chunks);
+
+// See FormatRow::read. The file is not read in blocks.
+PolygonMesh read_gltf(std::string_view content, const CancelToken& cancel, const BlockRule& rule,
+                      const MeshSurroundings& around);
 
 }  // namespace meander

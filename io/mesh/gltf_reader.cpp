@@ -6,20 +6,18 @@
 #include <array>
 #include <limits>
 #include <map>
-#include <memory>
 #include <optional>
 #include <tuple>
 #include <utility>
 
-#include "io/image/color_image.h"
 #include "io/mesh/format_readers.h"
 #include "io/mesh/gltf_data.h"
 #include "io/mesh/gltf_document.h"
 #include "io/mesh/gltf_draco.h"
 #include "io/mesh/gltf_extensions.h"
+#include "io/mesh/gltf_textures.h"
 #include "io/mesh/part_names.h"
 #include "io/mesh/text_cursor.h"
-#include "io/mesh/texture_images.h"
 
 namespace meander {
 
@@ -91,134 +89,10 @@ std::vector<std::uint32_t> listed_triangles(std::uint32_t mode, std::span<const 
   return listed;
 }
 
-// The textures of materials, read when the first triangle has one. Images that are lost are noted.
-class SceneTextures {
- public:
-  SceneTextures(const GltfDocument& document, GltfData& data, std::span<const CompanionFile> companions,
-                const CancelToken& cancel, Notes& notes)
-      : document_(document),
-        data_(data),
-        companions_(companions),
-        cancel_(cancel),
-        notes_(notes),
-        numbers_(document.materials.size(), no_index) {}
-
-  static bool has_any(const GltfDocument& document) {
-    return std::any_of(document.materials.begin(), document.materials.end(),
-                       [](const GltfMaterial& material) { return material.has_texture; });
-  }
-
-  // What decoding those takes that are no files of their own, as their headers state.
-  std::uint64_t embedded_bytes() {
-    std::uint64_t bytes = 0, working = 0;
-    std::vector<bool> counted(document_.images.size(), false);
-    const auto add = [&](std::uint32_t image) {
-      if (image >= counted.size() || counted[image]) return;
-      counted[image] = true;
-      with_bytes(image, [&](std::string_view content) {
-        const ImageMemory memory = memory_of_image(std::as_bytes(std::span(content)));
-        bytes += memory.kept_bytes;
-        working = std::max(working, memory.working_bytes + content.size());
-      });
-    };
-    for (const GltfMaterial& material : document_.materials) {
-      add(material.image);
-      add(material.other_image);
-    }
-    return bytes + working;
-  }
-
-  // The number of the material's texture; no_index where it has none.
-  std::uint32_t of(std::uint32_t material) {
-    if (material >= numbers_.size() || !document_.materials[material].has_texture) return no_index;
-    std::uint32_t& number = numbers_[material];
-    if (number != no_index) return number;
-    number = static_cast<std::uint32_t>(textures_->textures.size());
-    textures_->textures.push_back(document_.materials[material].texture);
-    textures_->textures.back().image = image_of(material);
-    return number;
-  }
-
-  SurfaceTextures& made() { return *textures_; }
-  std::shared_ptr<const SurfaceTextures> take() { return std::move(textures_); }
-
- private:
-  // Calls use(bytes) for an image inside the file, unless it cannot be found.
-  template <class Use>
-  void with_bytes(std::uint32_t number, Use use) {
-    const GltfImage& image = document_.images[number];
-    try {
-      if (image.uri && is_data_uri(*image.uri))
-        use(std::string_view(decode_data_uri(*image.uri)));
-      else if (!image.uri && image.view != no_index)
-        use(data_.view(image.view));
-    } catch (const ItemError& error) {
-      if (error.status() != Status::unreadable) throw;
-    }
-  }
-
-  ColorImage read(std::uint32_t number) {
-    const std::optional<std::string_view>& uri = document_.images[number].uri;
-    if (uri && !is_data_uri(*uri)) {
-      std::string reason;
-      const std::string path = companion_path(*uri, reason);
-      ColorImage image = image_of_file(companions_, path, cancel_);
-      if (path.empty()) {
-        image.problem = reason;
-        image.loss = Note::image_outside;
-      }
-      return image;
-    }
-    ColorImage read;
-    read.problem = "is not there";
-    read.loss = Note::image_missing;
-    with_bytes(number, [&](std::string_view content) {
-      read = decode_color_image(std::as_bytes(std::span(content)), cancel_);
-    });
-    return read;
-  }
-
-  void note_lost(std::uint32_t number, const ColorImage& image) {
-    const std::optional<std::string_view>& uri = document_.images[number].uri;
-    const std::string name =
-        uri && !is_data_uri(*uri) ? "`" + shown_text(*uri) + "`" : fmt::format("image {}", number);
-    notes_.add(image.loss, shown_text(text_of_loss(name, image.problem), Notes::longest_note_example));
-  }
-
-  // The number of an image that has been read, perhaps lost; no_index: there is none.
-  std::uint32_t image(std::uint32_t number, bool is_foreign) {
-    if (number >= document_.images.size()) return no_index;
-    const auto [at, is_new] =
-        images_.try_emplace(number, static_cast<std::uint32_t>(textures_->images.size()));
-    if (!is_new) return at->second;
-    ColorImage made = read(number);
-    if (made.is_lost()) {
-      if (is_foreign && made.loss == Note::image_unreadable) made.loss = Note::image_unsupported;
-      note_lost(number, made);
-    }
-    textures_->images.push_back(std::move(made));
-    return at->second;
-  }
-
-  std::uint32_t image_of(std::uint32_t number) {
-    const GltfMaterial& material = document_.materials[number];
-    const std::uint32_t first = image(material.image, material.is_foreign);
-    if (first != no_index && !textures_->images[first].is_lost()) return first;
-    const std::uint32_t other = image(material.other_image, false);
-    if (first == no_index && other == no_index)
-      notes_.add(Note::image_missing, fmt::format("the texture of material {} has no image", number));
-    return other != no_index ? other : first;
-  }
-
-  const GltfDocument& document_;
-  GltfData& data_;
-  std::span<const CompanionFile> companions_;
-  const CancelToken& cancel_;
-  Notes& notes_;
-  std::vector<std::uint32_t> numbers_;             // of textures, by material
-  std::map<std::uint32_t, std::uint32_t> images_;  // of those that were read
-  std::shared_ptr<SurfaceTextures> textures_ = std::make_shared<SurfaceTextures>();
-};
+bool has_textures(const GltfDocument& document) {
+  return std::any_of(document.materials.begin(), document.materials.end(),
+                     [](const GltfMaterial& material) { return material.has_texture; });
+}
 
 // Whether one of numbered_attributes is asked for.
 bool asks_for_numbers(const MeshExtras& extras) {
@@ -249,7 +123,7 @@ class SceneReader {
         data_(data),
         cancel_(cancel),
         colors_(colors),
-        textured_(colors && SceneTextures::has_any(document)),
+        textured_(colors && has_textures(document)),
         extras_(extras),
         names_parts_(asks_for_numbers(extras)),
         textures_(textures),
@@ -874,23 +748,14 @@ void check_content(std::string_view content) {
                                           (other.empty() ? "neither binary glTF nor JSON" : other));
 }
 
-std::string_view part_of(std::string_view content, std::uint64_t begin, std::uint64_t bytes) {
-  return content.substr(static_cast<std::size_t>(begin), static_cast<std::size_t>(bytes));
-}
-
-// Some programs fill the chunk with zeros instead of blanks.
-std::string_view json_text(std::string_view chunk) {
-  while (chunk.ends_with('\0')) chunk.remove_suffix(1);
-  return chunk;
-}
-
 }  // namespace
 
-PolygonMesh read_gltf(std::string_view content, const CancelToken& cancel, const MeshSurroundings& around) {
+PolygonMesh read_gltf(std::string_view content, const CancelToken& cancel, const BlockRule&,
+                      const MeshSurroundings& around) {
   const bool is_marked = content.starts_with("\xEF\xBB\xBF");
   check_content(is_marked ? content.substr(3) : content);
   const GltfChunks chunks = gltf_chunks(content, content.size());
-  const JsonTree json(json_text(part_of(content, chunks.json_begin, chunks.json_bytes)));
+  const JsonTree json(json_of(content, chunks));
   const GltfDocument document = parse_gltf(json, around.colors, around.extras);
   const GltfScene scene = arrange_scene(document, cancel);
   MeshEstimate total = count_scene(document, scene, cancel);
@@ -900,7 +765,9 @@ PolygonMesh read_gltf(std::string_view content, const CancelToken& cancel, const
     total.decoding_bytes += count_parts(document, scene) * sizeof(PartSource);
   if (around.admit) around.admit(total);
   std::optional<std::string_view> binary;
-  if (chunks.has_binary) binary = part_of(content, chunks.binary_begin, chunks.binary_bytes);
+  if (chunks.has_binary)
+    binary = content.substr(static_cast<std::size_t>(chunks.binary_begin),
+                            static_cast<std::size_t>(chunks.binary_bytes));
   GltfData data(document, binary, around.companions);
   Notes notes;
   note_ignored_extensions(json, around.colors, notes);
@@ -922,53 +789,6 @@ PolygonMesh read_gltf(std::string_view content, const CancelToken& cancel, const
   add_scene_numbers(json.root(), reader.take_sources(), around.extras.attributes, mesh);
   mesh.repairs[Repair::extra_data] = saturated(chunks.extra_bytes);
   return mesh;
-}
-
-std::vector<std::string> companion_paths(std::span<const std::byte> bytes, MeshFormat format) {
-  const std::string_view content(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-  if (format != MeshFormat::gltf || content.empty()) return {};
-  try {
-    const GltfChunks chunks = gltf_chunks(content, content.size());
-    const std::string_view text = json_text(part_of(content, chunks.json_begin, chunks.json_bytes));
-    // Most binary files hold all that they need, and need not be parsed twice.
-    if (text.find("\"uri\"") == std::string_view::npos) return {};
-    return companions_of(parse_gltf(JsonTree(text)));
-  } catch (const ItemError&) {
-    return {};
-  }
-}
-
-std::vector<std::string> gltf_image_paths(std::string_view content) try {
-  if (content.empty()) return {};
-  const GltfChunks chunks = gltf_chunks(content, content.size());
-  const std::string_view text = json_text(part_of(content, chunks.json_begin, chunks.json_bytes));
-  if (text.find("\"uri\"") == std::string_view::npos) return {};
-  return image_companions_of(parse_gltf(JsonTree(text), true));
-} catch (const ItemError&) {
-  return {};
-}
-
-MeshEstimate peek_gltf(const ByteSource& file) try {
-  constexpr std::size_t most_header = 32;
-  const GltfChunks chunks = gltf_chunks(file.read(0, most_header), file.bytes());
-  // In base64 a vertex takes 16 characters.
-  MeshEstimate estimate{file.bytes(), file.bytes() / 16 + 1, file.bytes() / 16 + 1};
-  if (chunks.json_bytes > most_peeked_json) {
-    estimate.decoding_bytes = chunks.json_bytes * JsonTree::most_bytes_per_character;
-    return estimate;
-  }
-  const std::string text = file.read(chunks.json_begin, static_cast<std::size_t>(chunks.json_bytes));
-  const JsonTree json(json_text(text));
-  const GltfDocument document = parse_gltf(json);
-  estimate = count_scene(document, arrange_scene(document, {}), {});
-  estimate.companions = companions_of(document);
-  estimate.file_bytes = file.bytes();
-  estimate.decoding_bytes += json.memory_bytes();
-  return estimate;
-} catch (const ItemError&) {  // reading it ends in the same way, before there is a mesh
-  MeshEstimate estimate{file.bytes(), 0, 0};
-  estimate.decoding_bytes = std::min(file.bytes(), most_peeked_json) * JsonTree::most_bytes_per_character;
-  return estimate;
 }
 
 }  // namespace meander

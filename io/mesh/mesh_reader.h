@@ -1,5 +1,4 @@
-// Reading OFF, OBJ, PLY, STL and glTF files: lenient about what files in the wild look like, exact about what
-// they say.
+// Reading mesh files: lenient about what files in the wild look like, exact about what they say.
 #pragma once
 
 #include <cstddef>
@@ -14,20 +13,12 @@
 
 #include "io/file/byte_source.h"
 #include "io/file/file_bytes.h"
+#include "io/mesh/mesh_format.h"
 #include "kernels/core/cancel.h"
 #include "kernels/data/samples.h"
 #include "kernels/mesh/polygon_mesh.h"
 
 namespace meander {
-
-enum class MeshFormat : std::uint8_t { off, obj, ply, stl, gltf };
-
-// By extension, case-insensitive; false for any other extension.
-bool mesh_format_of(const std::filesystem::path& path, MeshFormat& format);
-
-// The extensions that are read, for messages: ".off, .obj, .ply, .stl, .gltf, .glb", the last one behind
-// `conjunction` where there is one ("or").
-std::string mesh_extensions(std::string_view conjunction = {});
 
 // What a mesh of this format probably holds, from the first (and a few middle) kilobytes: for the memory
 // reservation.
@@ -52,9 +43,6 @@ struct MeshEstimate {
 MeshEstimate peek_mesh(const std::filesystem::path& path, MeshFormat format);
 // The same for bytes that may be anywhere. They are read in ascending order, but for the first 64 KiB.
 MeshEstimate peek_mesh(const ByteSource& file, MeshFormat format);
-// The most that a file of this size can hold, whatever is in it. Nothing for glTF, whose counts do not depend
-// on the size of the file.
-std::optional<MeshEstimate> most_in_file(std::uint64_t bytes, MeshFormat format);
 
 // A file that a model names beside its own, by its path from the model's folder: names separated by /, `..`
 // at its beginning alone.
@@ -89,19 +77,6 @@ struct MeshSurroundings {
   bool colors = false;  // fill PolygonMesh::colors; without it a reader does nothing for them
   MeshExtras extras = {};
 };
-
-// The paths of the files that a model needs beside its own (CompanionFile::path), in the order in which it
-// names them, each once. None for the formats that are one file, and for a file that cannot be read.
-std::vector<std::string> companion_paths(std::span<const std::byte> bytes, MeshFormat format);
-
-// The same of the files that hold colours alone: the material libraries (MTL) of OBJ, the images of glTF and
-// of PLY (CompanionFile::is_image). O(bytes).
-std::vector<std::string> color_companion_paths(std::span<const std::byte> bytes, MeshFormat format);
-// The images of the materials that the OBJ file of these bytes uses, from these libraries, each once; none
-// for other formats. A name counts from the folder of its library, and of an absolute path the file's name
-// alone is taken. O(bytes).
-std::vector<std::string> library_image_paths(std::span<const std::byte> bytes, MeshFormat format,
-                                             std::span<const CompanionFile> libraries);
 
 // Parses the bytes of a file. Never trusts a count: every count is checked against the bytes that are there
 // before memory is taken. Large files are parsed in parallel blocks (the result does not depend on it). Extra

@@ -171,8 +171,8 @@ std::string written_values_problem(MeshFormat format, bool colors, bool texcoord
 void write_mesh(const std::filesystem::path& path, MeshFormat format, std::span<const double> x,
                 std::span<const double> y, std::span<const double> z,
                 std::span<const std::uint32_t> triangles, const WrittenValues& values) {
-  if (format == MeshFormat::stl || format == MeshFormat::gltf)
-    throw std::invalid_argument("meshes are not written as STL or glTF");
+  if (format != MeshFormat::ply && format != MeshFormat::off && format != MeshFormat::obj)
+    throw std::invalid_argument("meshes are written as PLY, OFF and OBJ");
   if (y.size() != x.size() || z.size() != x.size() || triangles.size() % 3 != 0)
     throw std::invalid_argument("the arrays of a mesh differ in length");
   check_values(format, values, x.size());

@@ -9,8 +9,6 @@
 #include <vector>
 
 #include "io/mesh/format_readers.h"
-#include "io/mesh/gltf_document.h"
-#include "io/mesh/ply_header.h"
 #include "io/mesh/text_cursor.h"
 
 namespace meander {
@@ -85,22 +83,42 @@ class Options {
 constexpr std::array<std::string_view, 9> map_options_of_one = {
     "-blendu", "-blendv", "-boost", "-bm", "-cc", "-type", "-texres", "-imfchan", "-colorspace"};
 
-// The number of bytes that the options in front of a line take, with their arguments.
-std::size_t bytes_of_options(std::string_view text) {
-  std::array<double, 3> numbers{};
-  Options line(text);
+// What the options of map_Kd say.
+struct MapOptions {
+  std::array<double, 3> scale = {1, 1, 1}, offset{}, turbulence{};
+  std::array<double, 2> range = {0, 1};
+  TextureWrap wrap = TextureWrap::repeat;
+};
+
+// Takes the options in front of a line, with their arguments.
+MapOptions take_options(Options& line) {
+  MapOptions map;
   for (;;) {
-    const Options before = line;
-    const std::string_view option = line.take();
-    if (option == "-clamp" ||
-        std::find(map_options_of_one.begin(), map_options_of_one.end(), option) != map_options_of_one.end())
-      line.take();
-    else if (option == "-s" || option == "-o" || option == "-t" || option == "-mm")
-      line.take_numbers(option == "-mm" ? 2 : 3, numbers.data());
-    else
-      return before.rest().empty() ? text.size()
-                                   : static_cast<std::size_t>(before.rest().data() - text.data());
+    const std::string_view option = line.next();
+    const bool is_numbers = option == "-s" || option == "-o" || option == "-t" || option == "-mm";
+    const bool is_word = option == "-clamp" || std::find(map_options_of_one.begin(), map_options_of_one.end(),
+                                                         option) != map_options_of_one.end();
+    if (!is_numbers && !is_word) return map;
+    line.take();
+    if (option == "-mm") {
+      line.take_numbers(2, map.range.data());
+    } else if (is_numbers) {
+      line.take_numbers(3, option == "-s"   ? map.scale.data()
+                           : option == "-o" ? map.offset.data()
+                                            : map.turbulence.data());
+    } else {
+      const std::string_view argument = line.take();
+      if (option == "-clamp")
+        map.wrap = text::same_word(argument, "on") ? TextureWrap::clamp : TextureWrap::repeat;
+    }
   }
+}
+
+// The number of bytes that the options in front of a line take.
+std::size_t bytes_of_options(std::string_view text) {
+  Options line(text);
+  take_options(line);
+  return line.rest().empty() ? text.size() : static_cast<std::size_t>(line.rest().data() - text.data());
 }
 
 // By the format options stand in front of the name, but some programs write them behind: moves them. A
@@ -133,36 +151,15 @@ std::string without_escapes(std::string_view name) {
 
 // What stands behind map_Kd.
 void read_map(std::string_view folder, std::string_view line, MtlMaterial& material) {
-  std::array<double, 3> scale = {1, 1, 1}, offset{}, turbulence{};
-  std::array<double, 2> range = {0, 1};
-  Texture texture;
   const std::string ordered = with_options_in_front(line);
   Options options(ordered);
-  for (;;) {
-    const std::string_view option = options.next();
-    if (std::find(map_options_of_one.begin(), map_options_of_one.end(), option) != map_options_of_one.end()) {
-      options.take();
-      options.take();
-    } else if (option == "-clamp") {
-      options.take();
-      texture.wrap_u = texture.wrap_v =
-          text::same_word(options.take(), "on") ? TextureWrap::clamp : TextureWrap::repeat;
-    } else if (option == "-s" || option == "-o" || option == "-t") {
-      options.take();
-      options.take_numbers(3, option == "-s"   ? scale.data()
-                              : option == "-o" ? offset.data()
-                                               : turbulence.data());
-    } else if (option == "-mm") {
-      options.take();
-      options.take_numbers(2, range.data());
-    } else {
-      break;
-    }
-  }
+  const MapOptions map = take_options(options);
   if (options.rest().empty()) return;
-  texture.placement = {scale[0], 0, offset[0], 0, -scale[1], 1 - offset[1]};
-  texture.base = range[0];
-  texture.gain = range[1];
+  Texture texture;
+  texture.wrap_u = texture.wrap_v = map.wrap;
+  texture.placement = {map.scale[0], 0, map.offset[0], 0, -map.scale[1], 1 - map.offset[1]};
+  texture.base = map.range[0];
+  texture.gain = map.range[1];
   material.has_image = true;
   material.image = meant_path(folder, options.rest());
   material.texture = texture;
@@ -314,35 +311,27 @@ class NamedPaths {
   std::vector<std::string> paths_;
 };
 
-std::vector<std::string> library_paths(std::string_view obj) {
+}  // namespace
+
+std::vector<std::string> library_paths(std::span<const std::byte> obj) {
   NamedPaths paths(most_libraries);
-  for_each_trimmed_line(obj, '\n', [&](std::string_view line) {
+  const DecodedText content(obj);
+  for_each_trimmed_line(content.text(), '\n', [&](std::string_view line) {
     if (const auto names = behind_keyword(line, "mtllib"))
       for (const std::string_view name : library_names(*names)) paths.add(meant_path({}, name));
   });
   return paths.take();
 }
 
-}  // namespace
-
-std::vector<std::string> color_companion_paths(std::span<const std::byte> bytes, MeshFormat format) {
-  const std::string_view content(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-  if (format == MeshFormat::gltf) return gltf_image_paths(content);
-  if (format == MeshFormat::ply) return ply_image_paths(content);
-  if (format == MeshFormat::obj) return library_paths(DecodedText(bytes).text());
-  return {};
-}
-
-std::vector<std::string> library_image_paths(std::span<const std::byte> bytes, MeshFormat format,
+std::vector<std::string> images_of_libraries(std::span<const std::byte> obj,
                                              std::span<const CompanionFile> libraries) {
-  if (format != MeshFormat::obj) return {};
   const MtlMaterials materials = read_materials(libraries);
   if (std::none_of(materials.by_name.begin(), materials.by_name.end(),
                    [](const auto& m) { return m.second.has_image; }))
     return {};
   NamedPaths paths(most_images);
   bool names_any = false;
-  const DecodedText content(bytes);
+  const DecodedText content(obj);
   for_each_trimmed_line(content.text(), '\n', [&](std::string_view line) {
     const auto name = behind_keyword(line, "usemtl");
     if (!name) return;

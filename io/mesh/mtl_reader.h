@@ -9,6 +9,7 @@
 #include <string_view>
 #include <unordered_map>
 #include <utility>
+#include <vector>
 
 #include "io/mesh/mesh_reader.h"
 #include "kernels/core/notes.h"
@@ -50,6 +51,11 @@ struct MtlMaterials {
 // colour, a library with a problem or beyond 16 MiB no materials, which is noted, and after 16384 materials
 // the rest have none. Images (CompanionFile::is_image) are skipped.
 MtlMaterials read_materials(std::span<const CompanionFile> libraries);
+
+// Of an OBJ file: FormatRow::color_companions and library_images.
+std::vector<std::string> library_paths(std::span<const std::byte> obj);
+std::vector<std::string> images_of_libraries(std::span<const std::byte> obj,
+                                             std::span<const CompanionFile> libraries);
 
 // Without blanks at both ends.
 std::string_view trimmed(std::string_view text);

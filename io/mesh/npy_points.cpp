@@ -73,7 +73,7 @@ double real_at(const char* data, std::size_t number, RealType type) {
 
 }  // namespace
 
-PointCloud read_npy_points(std::string_view content, const CancelToken& cancel) {
+PointCloud read_npy_points(std::string_view content, const CancelToken& cancel, const BlockRule&) {
   const NpyHeader header = read_npy_header(content);
   const RealType type = real_type(header);
   const auto [rows, columns] = extents(header, type.bytes, content.size() - header.bytes);

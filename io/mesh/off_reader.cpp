@@ -329,6 +329,13 @@ PolygonMesh read_text(std::string_view content, const OffHeader& header, Wanted 
   return mesh;
 }
 
+constexpr bool is_little_endian = std::endian::native == std::endian::little;
+
+std::size_t words_per_vertex(const OffHeader& header) {
+  return (header.homogeneous ? 4u : 3u) + (header.normals ? 3u : 0u) + (header.colours ? 4u : 0u) +
+         (header.texture ? 2u : 0u);
+}
+
 // Binary: 32-bit words, big-endian as documented; some programs write little-endian. The counts decide which.
 struct BinaryOff {
   std::string_view content;
@@ -344,11 +351,10 @@ struct BinaryOff {
   }
 };
 
-bool plausible_counts(BinaryOff file, std::size_t words_per_vertex) {
+bool plausible_counts(BinaryOff file, std::size_t words) {
   const auto vertices = file.word<std::int32_t>(), faces = file.word<std::int32_t>();
   file.word<std::int32_t>();
-  return vertices >= 0 && faces >= 0 &&
-         static_cast<std::size_t>(vertices) <= file.words_left() / words_per_vertex;
+  return vertices >= 0 && faces >= 0 && static_cast<std::size_t>(vertices) <= file.words_left() / words;
 }
 
 // colors: three numbers for each face that stay as they are without a colour, or null. Returns the number of
@@ -389,10 +395,8 @@ std::uint64_t read_binary_faces(BinaryOff& file, std::size_t faces, PolygonMesh&
 
 PolygonMesh read_binary(std::string_view content, const OffHeader& header, Wanted wanted,
                         const CancelToken& cancel, bool colors = false) {
-  const std::size_t positions = header.homogeneous ? 4 : 3;
-  const std::size_t words =
-      positions + (header.normals ? 3 : 0) + (header.colours ? 4 : 0) + (header.texture ? 2 : 0);
-  BinaryOff file{content, header.body, std::endian::native == std::endian::little};
+  const std::size_t words = words_per_vertex(header);
+  BinaryOff file{content, header.body, is_little_endian};
   if (file.words_left() < 3)
     throw ItemError(Status::unreadable,
                     "byte " + std::to_string(content.size()) + ": the file ends in the counts");
@@ -445,8 +449,6 @@ PolygonMesh read_binary(std::string_view content, const OffHeader& header, Wante
   return mesh;
 }
 
-}  // namespace
-
 PolygonMesh read_off(std::string_view content, const CancelToken& cancel, const BlockRule& rule,
                      const MeshSurroundings& around) {
   const OffHeader header = parse_off_header(content);
@@ -454,10 +456,52 @@ PolygonMesh read_off(std::string_view content, const CancelToken& cancel, const 
                        : read_text(content, header, Wanted::mesh, cancel, rule, around.colors);
 }
 
+// A file without keyword is of numbers, which are of anything.
+LooksLike looks_like_off(std::string_view head) try {
+  TextCursor cursor{head.data(), head.data() + head.size()};
+  if (!cursor.skip_to_token() || text::is_digit(*cursor.at)) return LooksLike::other;
+  const OffHeader header = parse_off_header(head);
+  if (header.body == 0) return LooksLike::other;
+  return header.binary || header.faces > 0 ? LooksLike::mesh : LooksLike::points;
+} catch (const ItemError&) {
+  return LooksLike::other;
+}
+
+MeshEstimate peek_off(const MeshPeek& peek) {
+  const OffHeader header = parse_off_header(peek.head);
+  if (!header.binary) return estimate_from_counts(peek, header.vertices, header.faces, 0, true);
+  const std::uint64_t front = header.body + 12;  // the counts are three words
+  if (std::min<std::uint64_t>(peek.file.bytes(), peek.head.size()) < front)
+    return estimate_from_size(peek.file.bytes());
+  const std::uint64_t words = (peek.file.bytes() - front) / 4,
+                      most_vertices = words / words_per_vertex(header);
+  const auto count = [&](std::size_t at, bool swap) {
+    return std::uint64_t{load<std::uint32_t>(peek.head.data() + header.body + at, swap)};
+  };
+  const bool swap = (count(0, is_little_endian) > most_vertices) != is_little_endian;
+  const std::uint64_t vertices = std::min(count(0, swap), most_vertices), faces = count(4, swap);
+  const std::uint64_t left = words - vertices * words_per_vertex(header);  // words of faces
+  // A face is its length, its corners and the number of its colour components.
+  const std::uint64_t corners = left > 2 * faces ? left - 2 * faces : 0;
+  // Less than triangles take: the file is cut, and polygons may be larger.
+  return {peek.file.bytes(), vertices, left < 5 * faces ? left / 3 + 1 : corners - 2 * faces};
+}
+
+}  // namespace
+
 PolygonMesh read_off_vertices(std::string_view content, const CancelToken& cancel, const BlockRule& rule) {
   const OffHeader header = parse_off_header(content);
   return header.binary ? read_binary(content, header, Wanted::points, cancel)
                        : read_text(content, header, Wanted::points, cancel, rule);
 }
+
+extern const FormatRow off_format = {
+    .called = "an OFF",
+    .extensions = {".off"},
+    .read = read_off,
+    .looks_like = looks_like_off,
+    .peek = peek_off,
+    .most = most_in_text,
+};
 
 }  // namespace meander

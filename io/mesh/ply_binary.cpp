@@ -2,6 +2,7 @@
 #include <atomic>
 #include <bit>
 #include <cmath>
+#include <string>
 #include <type_traits>
 
 #include "io/mesh/byte_order.h"
@@ -255,6 +256,30 @@ PlyProgress read_binary_rows(std::string_view data, const PlyElement& element, b
   });
   // Where no more rows of this size fit, shorter ones may.
   return read_in_order(data, {rows, rows * row_bytes}, element, swap, columns, polygons, cancel);
+}
+
+void check_positions(const PlyElement& vertices) {
+  for (const char* const name : {"x", "y", "z"})
+    if (vertices.scalar_named(name) < 0)
+      throw ItemError(Status::unreadable, std::string("the element vertex has no property ") + name);
+}
+
+void place_vertices(const PlyElement& vertices, std::uint64_t rows,
+                    std::array<std::vector<double>*, 3> positions, std::vector<float>& normals,
+                    PlyColumns& columns) {
+  const auto column = [&](const char* name) -> PlyColumns::Column& {
+    return columns.columns[static_cast<std::size_t>(vertices.scalar_named(name))];
+  };
+  static constexpr std::array<const char*, 3> axes = {"x", "y", "z"}, components = {"nx", "ny", "nz"};
+  for (std::size_t k = 0; k < 3; ++k) {
+    positions[k]->resize(rows);
+    column(axes[k]).values = positions[k]->data();
+  }
+  if (std::any_of(components.begin(), components.end(),
+                  [&](const char* name) { return vertices.scalar_named(name) < 0; }))
+    return;
+  normals.resize(3 * rows);
+  for (std::size_t k = 0; k < 3; ++k) column(components[k]).normals = normals.data() + k;
 }
 
 PolygonPart triangles_of_strips(const std::vector<PolygonPart>& strips) {

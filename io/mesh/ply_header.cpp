@@ -169,9 +169,9 @@ PlyHeader parse_ply_header(std::string_view content) {
   text::fail_at(content, end, "the header has no end_header");
 }
 
-std::vector<std::string> ply_image_paths(std::string_view content) {
+std::vector<std::string> ply_image_paths(std::span<const std::byte> bytes) {
   std::vector<std::string> paths;
-  const DecodedText text(std::as_bytes(std::span(content)));
+  const DecodedText text(bytes);
   try {
     for (const std::string& name : parse_ply_header(text.text()).texture_files) {
       const std::string path = meant_path({}, name);

@@ -1,8 +1,10 @@
 // Internal to io/mesh: the header of a PLY file.
 #pragma once
 
+#include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -58,6 +60,10 @@ struct PlyHeader {
   std::size_t body = 0;  // the first byte behind the header
 
   const PlyElement* find(std::string_view name) const;
+  // Whether binary numbers have the other byte order than this machine's.
+  bool swaps_bytes() const {
+    return (encoding == PlyEncoding::big_endian) == (std::endian::native == std::endian::little);
+  }
 };
 
 // Line ends may be LF, CRLF, CR or LF CR. Throws ItemError(unreadable) with the line; the word of a version
@@ -65,6 +71,6 @@ struct PlyHeader {
 PlyHeader parse_ply_header(std::string_view text);
 
 // The paths of those images from the model's folder, each once; none for a file that cannot be read.
-std::vector<std::string> ply_image_paths(std::string_view content);
+std::vector<std::string> ply_image_paths(std::span<const std::byte> bytes);
 
 }  // namespace meander

@@ -36,9 +36,7 @@ class PlyPointReader {
     vertices_ = header_.find("vertex");
     if (vertices_ == nullptr) throw ItemError(Status::unreadable, "the header has no element vertex");
     if (vertices_->count == 0) throw ItemError(Status::empty, "the header promises no vertex");
-    for (const char* const name : {"x", "y", "z"})
-      if (vertices_->scalar_named(name) < 0)
-        throw ItemError(Status::unreadable, std::string("the element vertex has no property ") + name);
+    check_positions(*vertices_);
     last_ = std::all_of(header_.elements.data() + (vertices_ - header_.elements.data()) + 1,
                         header_.elements.data() + header_.elements.size(),
                         [](const PlyElement& element) { return element.count == 0; });
@@ -53,24 +51,11 @@ class PlyPointReader {
                                               " bytes follow it");
     check_count(rows, "vertices");
     columns_.columns.resize(vertices_->properties.size());
-    const auto column = [&](const char* name) -> PlyColumns::Column& {
-      return columns_.columns[static_cast<std::size_t>(vertices_->scalar_named(name))];
-    };
-    for (std::vector<double>* const values : {&cloud_.x, &cloud_.y, &cloud_.z}) values->resize(rows);
-    column("x").values = cloud_.x.data();
-    column("y").values = cloud_.y.data();
-    column("z").values = cloud_.z.data();
-    if (vertices_->scalar_named("density") >= 0) {
+    place_vertices(*vertices_, rows, {&cloud_.x, &cloud_.y, &cloud_.z}, cloud_.normals, columns_);
+    if (const int density = vertices_->scalar_named("density"); density >= 0) {
       cloud_.density.resize(rows);
-      column("density").values = cloud_.density.data();
+      columns_.columns[static_cast<std::size_t>(density)].values = cloud_.density.data();
     }
-    if (vertices_->scalar_named("nx") < 0 || vertices_->scalar_named("ny") < 0 ||
-        vertices_->scalar_named("nz") < 0)
-      return;
-    cloud_.normals.resize(3 * rows);
-    column("nx").normals = cloud_.normals.data();
-    column("ny").normals = cloud_.normals.data() + 1;
-    column("nz").normals = cloud_.normals.data() + 2;
   }
 
   bool finite(std::size_t row) const {
@@ -87,16 +72,14 @@ class PlyPointReader {
   }
 
   void read_binary(std::string_view body) {
-    const bool swap =
-        (header_.encoding == PlyEncoding::big_endian) == (std::endian::native == std::endian::little);
     for (const PlyElement& element : header_.elements) {
       const bool wanted = &element == vertices_;
       if (wanted) make_columns(body.size(), element.fixed_bytes());
       PlyColumns skipped;
       skipped.columns.resize(element.properties.size());
       PolygonPart unused;
-      const PlyProgress progress =
-          read_binary_rows(body, element, swap, wanted ? columns_ : skipped, unused, cancel_, rule_);
+      const PlyProgress progress = read_binary_rows(body, element, header_.swaps_bytes(),
+                                                    wanted ? columns_ : skipped, unused, cancel_, rule_);
       body.remove_prefix(progress.bytes);
       if (progress.rows < element.count)
         throw ItemError(Status::unreadable, "byte " + std::to_string(body.data() - content_.data()) + ": " +

@@ -3,7 +3,6 @@
 #include <array>
 #include <bit>
 #include <limits>
-#include <map>
 #include <memory>
 #include <string>
 #include <utility>
@@ -93,9 +92,7 @@ class PlyMeshReader {
       throw ItemError(Status::empty, "the header promises " + std::to_string(vertices ? vertices->count : 0) +
                                          " vertices and no face");
     if (vertices == nullptr) throw ItemError(Status::unreadable, "the header has no element vertex");
-    for (const char* const name : {"x", "y", "z"})
-      if (vertices->scalar_named(name) < 0)
-        throw ItemError(Status::unreadable, std::string("the element vertex has no property ") + name);
+    check_positions(*vertices);
   }
 
   // Of an element with three properties of these names, which its attributes hold already.
@@ -188,38 +185,32 @@ class PlyMeshReader {
   // The images of the header, on the faces whose corners have coordinates; `texnumber` says which.
   void add_textures(CornerCoordinates coordinates) {
     auto textures = std::make_shared<SurfaceTextures>();
-    std::map<std::string, std::uint32_t> images;  // by path: each once
+    FileImages images(around_.companions, cancel_, *textures, mesh_.notes);
     for (const std::string& name : header_.texture_files) {
-      const std::string path = meant_path({}, name);
-      const auto [at, is_new] = images.try_emplace(path, static_cast<std::uint32_t>(textures->images.size()));
       Texture& texture = textures->textures.emplace_back();
       texture.placement = {1, 0, 0, 0, -1, 1};  // v points up
-      texture.image = at->second;
-      if (!is_new) continue;
-      textures->images.push_back(image_of_file(around_.companions, path, cancel_));
-      note_lost_image(textures->images.back(), name, mesh_.notes);
+      texture.image = images.number_of(meant_path({}, name), name);
     }
     const std::vector<double>* const number = values_of(mesh_.face_attributes, "texnumber");
-    std::uint64_t lacking = 0, unknown = 0;
+    std::uint64_t textured = 0, unknown = 0;
     for (std::size_t p = 0; p < mesh_.polygon_count(); ++p) {
       const double wanted = number == nullptr ? 0 : (*number)[p];
       const bool is_known = wanted >= 0 && wanted < static_cast<double>(textures->textures.size());
       textures->face.push_back(is_known ? static_cast<std::uint32_t>(wanted) : no_index);
       unknown += !is_known && wanted >= 0;
-      bool has_all = !coordinates.corner.empty();
-      for (std::uint32_t c = mesh_.polygon_begin[p]; has_all && c < mesh_.polygon_begin[p + 1]; ++c)
-        has_all = coordinates.corner[c] != no_index;
-      lacking += is_known && !has_all;
+      textured += is_known;
       // The image says all; the colour of a face would be multiplied with it.
       if (is_known && !mesh_.colors.face.empty())
         std::fill_n(mesh_.colors.face.begin() + static_cast<std::ptrdiff_t>(3 * p), 3, no_color);
     }
-    mesh_.notes.add(Note::coordinates_missing, "textured faces without texture coordinates", lacking);
-    mesh_.notes.add(Note::image_missing, "`texnumber` of faces is the number of no image of the header",
-                    unknown);
-    if (coordinates.corner.empty()) coordinates.corner.assign(mesh_.corners.size(), no_index);
+    const bool has_any = !coordinates.corner.empty();
+    if (!has_any) coordinates.corner.assign(mesh_.corners.size(), no_index);
     textures->coordinates = std::move(coordinates.values);
     textures->corner = std::move(coordinates.corner);
+    mesh_.notes.add(Note::coordinates_missing, untextured_faces,
+                    has_any ? count_lacking_coordinates(mesh_, *textures) : textured);
+    mesh_.notes.add(Note::image_missing, "`texnumber` of faces is the number of no image of the header",
+                    unknown);
     mesh_.colors.textures = std::move(textures);
   }
 
@@ -259,23 +250,8 @@ class PlyMeshReader {
     if (role != Role::vertices && role != Role::faces && role != Role::materials) return columns;
     check_count(rows, role == Role::vertices ? "vertices" : role == Role::faces ? "faces" : "materials");
     if (rows == 0) return columns;
-    const auto column = [&](const char* name) -> PlyColumns::Column& {
-      return columns.columns[static_cast<std::size_t>(element.scalar_named(name))];
-    };
-    if (role == Role::vertices) {
-      for (std::vector<double>* const values : {&mesh_.x, &mesh_.y, &mesh_.z}) values->resize(rows);
-      column("x").values = mesh_.x.data();
-      column("y").values = mesh_.y.data();
-      column("z").values = mesh_.z.data();
-      const bool normals = element.scalar_named("nx") >= 0 && element.scalar_named("ny") >= 0 &&
-                           element.scalar_named("nz") >= 0;
-      if (normals) {
-        mesh_.normals.resize(3 * rows);
-        column("nx").normals = mesh_.normals.data();
-        column("ny").normals = mesh_.normals.data() + 1;
-        column("nz").normals = mesh_.normals.data() + 2;
-      }
-    }
+    if (role == Role::vertices)
+      place_vertices(element, rows, {&mesh_.x, &mesh_.y, &mesh_.z}, mesh_.normals, columns);
     std::vector<ScalarAttribute>& attributes = attributes_of(role);
     for (std::size_t p = 0; p < element.properties.size(); ++p) {
       const PlyProperty& property = element.properties[p];
@@ -319,8 +295,6 @@ class PlyMeshReader {
   std::vector<PolygonPart>& parts_of(Role role) { return role == Role::strips ? strips_ : faces_; }
 
   void read_binary(std::string_view body) {
-    const bool swap =
-        (header_.encoding == PlyEncoding::big_endian) == (std::endian::native == std::endian::little);
     std::size_t at = 0;
     for (std::size_t e = 0; e < roles_.size(); ++e) {
       const PlyElement& element = header_.elements[e];
@@ -332,8 +306,8 @@ class PlyMeshReader {
         std::vector<PolygonPart>& parts = parts_of(roles_[e]);
         parts.resize(1);
         PolygonPart unused;
-        progress = read_binary_rows(data, element, swap, columns, columns.index_list >= 0 ? parts[0] : unused,
-                                    cancel_, rule_);
+        progress = read_binary_rows(data, element, header_.swaps_bytes(), columns,
+                                    columns.index_list >= 0 ? parts[0] : unused, cancel_, rule_);
       }
       at += progress.bytes;
       end_element(e, progress.rows);

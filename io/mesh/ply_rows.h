@@ -1,11 +1,13 @@
 // Internal to io/mesh: where the rows of one PLY element go, and the reader of binary rows.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <string_view>
 #include <vector>
 
+#include "io/mesh/mesh_reader.h"
 #include "io/mesh/ply_header.h"
 #include "io/mesh/polygon_parts.h"
 
@@ -30,6 +32,13 @@ struct PlyColumns {
   PlyNumberList* numbers = nullptr;  // here
 };
 
+// Throws ItemError(unreadable) where vertices have no x, y or z.
+void check_positions(const PlyElement& vertices);
+// Takes memory for `rows` vertices, for x, y, z and, where the element has all three, nx, ny, nz to go there.
+void place_vertices(const PlyElement& vertices, std::uint64_t rows,
+                    std::array<std::vector<double>*, 3> positions, std::vector<float>& normals,
+                    PlyColumns& columns);
+
 // How far the rows of one element could be read.
 struct PlyProgress {
   std::uint64_t rows = 0;  // complete rows
@@ -46,5 +55,9 @@ PlyProgress read_binary_rows(std::string_view data, const PlyElement& element, b
 // The triangles of strips (one polygon of `strips` each; no_index restarts), in order and with one
 // orientation.
 PolygonPart triangles_of_strips(const std::vector<PolygonPart>& strips);
+
+// See FormatRow::read.
+PolygonMesh read_ply(std::string_view content, const CancelToken& cancel, const BlockRule& rule,
+                     const MeshSurroundings& around);
 
 }  // namespace meander

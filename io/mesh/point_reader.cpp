@@ -14,43 +14,37 @@ namespace meander {
 
 namespace {
 
-enum class PointFile : std::uint8_t { ply, off, text, npy };
+PointCloud read_off_points(std::string_view content, const CancelToken& cancel, const BlockRule& rule) {
+  PolygonMesh mesh = read_off_vertices(content, cancel, rule);
+  return {std::move(mesh.x), std::move(mesh.y), std::move(mesh.z), std::move(mesh.normals), {}};
+}
 
-PointFile kind_of(const std::filesystem::path& path) {
-  static constexpr std::array<std::pair<std::string_view, PointFile>, 7> extensions = {
-      {{".ply", PointFile::ply},
-       {".off", PointFile::off},
-       {".xyz", PointFile::text},
-       {".txt", PointFile::text},
-       {".csv", PointFile::text},
-       {".pts", PointFile::text},
-       {".npy", PointFile::npy}}};
+// What is known of a format of points.
+struct PointFileRow {
+  std::string_view extensions;       // in lower case, apart by blanks
+  std::string_view called;           // with its article
+  std::optional<MeshFormat> format;  // of meshes, where they have one
+  PointCloud (*read)(std::string_view content, const CancelToken& cancel, const BlockRule& rule);
+  bool is_text = true;
+};
+
+constexpr std::array<PointFileRow, 4> point_files = {
+    {{".ply", "a PLY file", MeshFormat::ply, read_ply_points},
+     {".off", "an OFF file", MeshFormat::off, read_off_points},
+     {".xyz .txt .csv .pts", "a text of points", {}, read_text_points},
+     {".npy", "an array of numpy", {}, read_npy_points, false}}};
+
+const PointFileRow& row_of_points(const std::filesystem::path& path) {
   const std::string extension = path.extension().string();
-  for (const auto& [name, kind] : extensions)
-    if (text::same_word(extension, name)) return kind;
+  for (const PointFileRow& row : point_files) {
+    text::TextCursor own{row.extensions.data(), row.extensions.data() + row.extensions.size()};
+    for (std::string_view name = own.word(); !name.empty(); name = own.word())
+      if (text::same_word(extension, name)) return row;
+  }
   throw ItemError(Status::unsupported_format,
                   (extension.empty() ? "a name without extension"
                                      : "the extension " + text::quoted(extension, extension.data())) +
-                      " is none of .ply .off .xyz .txt .csv .pts .npy");
-}
-
-PointCloud dispatch(std::string_view content, PointFile kind, const CancelToken& cancel,
-                    const BlockRule& rule) {
-  if (std::all_of(content.begin(), content.end(), text::is_separator))
-    throw ItemError(Status::empty, "the file holds nothing but blanks");
-  const std::string other = kind == PointFile::ply   ? foreign_content(content, MeshFormat::ply)
-                            : kind == PointFile::off ? foreign_content(content, MeshFormat::off)
-                                                     : foreign_content(content, std::nullopt);
-  if (!other.empty())
-    throw ItemError(Status::unreadable, std::string("by its name this is ") +
-                                            (kind == PointFile::ply   ? "a PLY file"
-                                             : kind == PointFile::off ? "an OFF file"
-                                                                      : "a text of points") +
-                                            ", by its content it is " + other);
-  if (kind == PointFile::ply) return read_ply_points(content, cancel, rule);
-  if (kind == PointFile::text) return read_text_points(content, cancel);
-  PolygonMesh mesh = read_off_vertices(content, cancel, rule);
-  return {std::move(mesh.x), std::move(mesh.y), std::move(mesh.z), std::move(mesh.normals), {}};
+                      " is none of " + point_extensions());
 }
 
 }  // namespace
@@ -59,28 +53,30 @@ std::string not_finite(std::uint64_t vertex, std::uint64_t count) {
   return "vertex " + std::to_string(vertex) + " of " + std::to_string(count) + " is not finite";
 }
 
+std::string point_extensions() {
+  std::string list;
+  for (const PointFileRow& row : point_files) list += (list.empty() ? "" : " ") + std::string(row.extensions);
+  return list;
+}
+
 PointCloud read_points_in_blocks(std::string_view content, const std::filesystem::path& name,
                                  const CancelToken& cancel, const BlockRule& rule) {
-  const PointFile kind = kind_of(name);
+  const PointFileRow& row = row_of_points(name);
   if (content.empty()) throw ItemError(Status::empty, "the file is empty");
-  if (kind == PointFile::npy) {
-    if (const std::string other = foreign_content(content, std::nullopt); !other.empty())
-      throw ItemError(Status::unreadable,
-                      "by its name this is an array of numpy, by its content it is " + other);
-    return read_npy_points(content, cancel);
+  if (row.is_text) {
+    const DecodedText text(content, row.format ? row_of(*row.format).keeps_line_ends : nullptr);
+    check_text(text.text(), row.called, row.format);
+    return row.read(text.text(), cancel, rule);
   }
-  content = without_byte_order_mark(content);
-  if (const std::optional<std::string> copy = converted(content, kind == PointFile::ply))
-    return dispatch(*copy, kind, cancel, rule);
-  return dispatch(content, kind, cancel, rule);
+  check_text(content, row.called, row.format);
+  return row.read(content, cancel, rule);
 }
 
 PointCloud read_points(const std::filesystem::path& path, const CancelToken& cancel) {
   cancel.check();
-  kind_of(path);  // before the file is opened
+  row_of_points(path);  // before the file is opened
   const FileBytes file(path);
-  const std::string_view content(reinterpret_cast<const char*>(file.bytes().data()), file.bytes().size());
-  PointCloud cloud = read_points_in_blocks(content, path, cancel, BlockRule{});
+  PointCloud cloud = read_points_in_blocks(text_of(file.bytes()), path, cancel, BlockRule{});
   if (file.is_cut()) throw ItemError(Status::unreadable, "the file was shortened while it was read");
   return cloud;
 }

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <string>
 #include <vector>
 
 #include "kernels/core/cancel.h"
@@ -54,5 +55,8 @@ struct PointCloud {
 // RunCancelled and bad_alloc pass. Cost: linear in the file; large ascii PLY and OFF files and binary PLY
 // files are read in parallel blocks.
 PointCloud read_points(const std::filesystem::path& path, const CancelToken& cancel = {});
+
+// The extensions of point files, for messages: ".ply .off .xyz ...".
+std::string point_extensions();
 
 }  // namespace meander

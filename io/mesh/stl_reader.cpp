@@ -267,13 +267,9 @@ class AsciiReader {
   bool in_facet_ = false, cut_ = false;
 };
 
-}  // namespace
+bool is_binary(std::string_view content) { return is_exact_binary_stl(content, content.size()); }
 
-bool is_exact_binary_stl(std::string_view content) {
-  return content.size() >= header_bytes &&
-         content.size() == header_bytes + facet_bytes * std::uint64_t{stated_facets(content)};
-}
-
+// `solid`, then a facet or the end.
 bool looks_like_ascii_stl(std::string_view content) {
   TextCursor cursor{content.data(), content.data() + content.size(), false};
   std::string_view first = cursor.word();
@@ -301,7 +297,7 @@ bool looks_like_ascii_stl(std::string_view content) {
 
 PolygonMesh read_stl(std::string_view content, const CancelToken& cancel, const BlockRule& rule,
                      const MeshSurroundings& around) {
-  if (is_exact_binary_stl(content)) return read_binary(content, cancel, rule, around.colors);
+  if (is_binary(content)) return read_binary(content, cancel, rule, around.colors);
   if (looks_like_ascii_stl(content)) return AsciiReader(content, cancel).read();
   const std::string_view head = content.substr(0, 512);
   if (std::all_of(head.begin(), head.end(), is_text))
@@ -311,5 +307,54 @@ PolygonMesh read_stl(std::string_view content, const CancelToken& cancel, const 
                                             ": the file ends in the header of a binary STL file");
   return read_binary(content, cancel, rule, around.colors);
 }
+
+LooksLike looks_like_stl(std::string_view head) {
+  return head.size() > 5 && looks_like_ascii_stl(head) && head.find("vertex") != std::string_view::npos
+             ? LooksLike::mesh
+             : LooksLike::other;
+}
+
+ElementCounts count_stl_lines(std::string_view lines) {
+  ElementCounts counts;
+  TextCursor cursor{lines.data(), lines.data() + lines.size(), false};
+  for (std::string_view word = cursor.word(); !word.empty(); word = cursor.word())
+    if (text::same_word(word, "vertex")) ++counts.vertices;
+  counts.triangles = counts.faces = counts.vertices / 3;
+  return counts;
+}
+
+MeshEstimate peek_stl(const MeshPeek& peek) {
+  const std::uint64_t bytes = peek.file.bytes();
+  const auto of_facets = [&](std::uint64_t facets) { return MeshEstimate{bytes, 3 * facets, facets}; };
+  if (bytes >= header_bytes) {
+    const std::uint64_t stated = stated_facets(peek.head), there = (bytes - header_bytes) / facet_bytes;
+    if (is_exact_binary_stl(peek.head, bytes) || !looks_like_ascii_stl(peek.head))
+      return of_facets(stated == 0 ? there : std::min(stated, there));
+  }
+  const std::optional<ElementCounts> rows = sampled(peek, count_stl_lines);
+  if (!rows) return of_facets(bytes / 30);
+  // One kind of line throughout: only the lengths of numbers vary.
+  return of_facets(rounded_up((peek.whole ? 1.0 : 1.05) * rows->triangles));
+}
+
+// Three vertices a facet, of a text that is as terse as can be.
+MeshEstimate most_in_stl(std::uint64_t bytes) { return {bytes, 3 * (bytes / 30), bytes / 30}; }
+
+}  // namespace
+
+bool is_exact_binary_stl(std::string_view head, std::uint64_t bytes) {
+  return head.size() >= header_bytes &&
+         bytes == header_bytes + facet_bytes * std::uint64_t{stated_facets(head)};
+}
+
+extern const FormatRow stl_format = {
+    .called = "an STL",
+    .extensions = {".stl"},
+    .read = read_stl,
+    .is_raw = is_binary,
+    .looks_like = looks_like_stl,
+    .peek = peek_stl,
+    .most = most_in_stl,
+};
 
 }  // namespace meander

@@ -12,7 +12,7 @@ namespace meander {
 
 TensorTable read_tensor_table(const std::filesystem::path& path, const CancelToken& cancel) {
   const FileBytes file(path);
-  std::string_view content(reinterpret_cast<const char*>(file.bytes().data()), file.bytes().size());
+  std::string_view content = text_of(file.bytes());
   content = without_byte_order_mark(content);
   TensorTable table;
   table.columns = 0;

@@ -164,7 +164,7 @@ void TrailingNormals::add(double x, double y, double z, std::vector<float>& norm
   for (const double value : {x, y, z}) normals.push_back(static_cast<float>(value));
 }
 
-PointCloud read_text_points(std::string_view content, const CancelToken& cancel) {
+PointCloud read_text_points(std::string_view content, const CancelToken& cancel, const BlockRule&) {
   return TextPointReader(content, cancel).read();
 }
 

@@ -1,5 +1,7 @@
 #include "io/mesh/texture_images.h"
 
+#include <algorithm>
+
 #include "io/image/color_image.h"
 
 namespace meander {
@@ -26,8 +28,24 @@ std::string text_of_loss(const std::string& name, const std::string& problem) {
   return name + ": " + problem;
 }
 
-void note_lost_image(const ColorImage& image, const std::string& name, Notes& notes) {
-  if (image.is_lost()) notes.add(image.loss, text_of_loss("`" + name + "`", image.problem));
+std::uint32_t FileImages::number_of(const std::string& path, const std::string& name) {
+  const auto [at, is_new] = numbers_.try_emplace(path, static_cast<std::uint32_t>(textures_.images.size()));
+  if (!is_new) return at->second;
+  const ColorImage& image = textures_.images.emplace_back(image_of_file(companions_, path, cancel_));
+  if (image.is_lost()) notes_.add(image.loss, text_of_loss("`" + name + "`", image.problem));
+  return at->second;
+}
+
+std::uint64_t count_lacking_coordinates(const PolygonMesh& mesh, const SurfaceTextures& textures) {
+  std::uint64_t lacking = 0;
+  for (std::size_t p = 0; p < textures.face.size(); ++p) {
+    const auto corners =
+        std::span(textures.corner)
+            .subspan(mesh.polygon_begin[p], mesh.polygon_begin[p + 1] - mesh.polygon_begin[p]);
+    lacking +=
+        textures.face[p] != no_index && std::find(corners.begin(), corners.end(), no_index) != corners.end();
+  }
+  return lacking;
 }
 
 }  // namespace meander

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "io/store/run_array.h"
+#include "io/word_list.h"
 #include "jobs/cli/usage_error.h"
 
 namespace meander {
@@ -23,10 +24,7 @@ std::pair<double, std::string> number_and_unit(const std::string& text) {
   if (error != std::errc() || !std::isfinite(number) || number < 0)
     throw UsageError("`" + text +
                      "` is not a size or a duration: give a number with a unit, such as 4G or 90s");
-  std::string unit(end, text.data() + text.size());
-  std::transform(unit.begin(), unit.end(), unit.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return {number, unit};
+  return {number, lower_ascii({end, static_cast<std::size_t>(text.data() + text.size() - end)})};
 }
 
 }  // namespace

@@ -16,6 +16,7 @@
 #include "jobs/cli/command_line.h"
 #include "jobs/cli/units.h"
 #include "jobs/cli/usage_error.h"
+#include "jobs/export/export_format.h"
 #include "kernels/core/spelling.h"
 #include "kernels/sample/point_frames.h"
 
@@ -199,17 +200,15 @@ class ShardFiles {
 
 }  // namespace
 
-bool is_array_format(const std::string& format) { return format == "npz" || format == "webdataset"; }
-
 void add_array_export_options(const Command& whole, ArrayExport& options) {
   Command command = whole.under("Arrays");
   command
       .add_option(
           "--arrays", options.arrays,
-          fmt::format("npz, webdataset: arrays, separated by commas (default: points,normals and, of "
+          fmt::format("{}: arrays, separated by commas (default: points,normals and, of "
                       "a store with colours, rgb): {}, attribute:NAME; points_rgb: N x 6, the colours "
                       "from 0 to 1",
-                      fmt::join(array_names(), ", ")))
+                      formats_with(ExportContent::arrays), fmt::join(array_names(), ", ")))
       .separator(',');
   command
       .add_option("--shard-bytes", options.shard_bytes,
@@ -219,8 +218,8 @@ void add_array_export_options(const Command& whole, ArrayExport& options) {
 }
 
 void check_array_export(const ArrayExport& options, const std::string& format) {
-  if (!options.arrays.empty() && !is_array_format(format))
-    throw UsageError("--arrays applies to --format npz and webdataset only");
+  if (!options.arrays.empty() && export_format(format).content != ExportContent::arrays)
+    throw UsageError("--arrays applies to --format " + formats_with(ExportContent::arrays, "and") + " only");
   for (const std::string& name : options.arrays)
     if (const std::string problem = array_problem(name); !problem.empty()) throw UsageError(problem);
   if (options.shapes_shards && format != "webdataset")

@@ -22,9 +22,6 @@ struct ArrayExport {
   bool shapes_shards = false;  // --shard-bytes was given
 };
 
-// npz and webdataset.
-bool is_array_format(const std::string& format);
-
 void add_array_export_options(const Command& command, ArrayExport& options);
 // Throws UsageError when the options do not fit together.
 void check_array_export(const ArrayExport& options, const std::string& format);

@@ -17,6 +17,7 @@
 #include "jobs/cli/exit_status.h"
 #include "jobs/cli/usage_error.h"
 #include "jobs/cli/working_process.h"
+#include "jobs/export/export_format.h"
 #include "jobs/rows/descriptor_choice.h"
 #include "jobs/rows/retrieve_base.h"
 #include "kernels/core/parallel.h"
@@ -281,16 +282,13 @@ void write_ann(const StoreReader& store, const DescribedRows& table, const Descr
 
 }  // namespace
 
-bool is_descriptor_format(const std::string& format) {
-  return format == "csv" || format == "fbin" || format == "npy" || format == "ann-hdf5";
-}
-
 void add_descriptor_export_options(const Command& whole, DescriptorExport& options) {
   const auto given = [&options] { options.shapes_split = true; };
   Command command = whole.under("Descriptors");
   command.add_option("--descriptors", options.descriptors,
-                     "Write these descriptors with --format npy, csv, fbin or ann-hdf5: NAME, several as "
-                     "NAME+NAME, or with weights as NAME=2+NAME for distances l1");
+                     "Write these descriptors with --format " +
+                         formats_with(ExportContent::descriptors, "or") +
+                         ": NAME, several as NAME+NAME, or with weights as NAME=2+NAME for distances l1");
   const Option share =
       command.add_option("--test-share", options.test_share, "ann-hdf5: share of the rows that are queries")
           .show_default()
@@ -314,14 +312,14 @@ void add_descriptor_export_options(const Command& whole, DescriptorExport& optio
 
 void check_descriptor_export(const DescriptorExport& options, const std::string& format,
                              const std::string& output) {
-  if (is_descriptor_format(format)) {
+  if (export_format(format).content == ExportContent::descriptors) {
     if (options.descriptors.empty())
       throw UsageError("--format " + format + " holds descriptors: name them with --descriptors");
     if (output.empty()) throw UsageError("export of descriptors needs -o FILE");
     if (output == standard_output && format != "csv")
       throw UsageError("--format " + format + " is more than one file: -o FILE, or --format csv with -o -");
   } else if (!options.descriptors.empty()) {
-    throw UsageError("--descriptors needs --format npy, csv, fbin or ann-hdf5");
+    throw UsageError("--descriptors needs --format " + formats_with(ExportContent::descriptors, "or"));
   }
   if (options.shapes_split && format != "ann-hdf5")
     throw UsageError("--test-share, --queries, --neighbours and --distance apply to --format ann-hdf5 only");
@@ -332,10 +330,7 @@ int export_descriptors(const StoreReader& store, const DescriptorExport& options
     write_csv(store, DescribedRows(store, options), print_bytes);
     return exit_done;
   }
-  const FileKind kind = options.format == "csv"    ? FileKind::csv
-                        : options.format == "fbin" ? FileKind::fbin
-                        : options.format == "npy"  ? FileKind::npy
-                                                   : FileKind::hdf5;
+  const FileKind kind = export_format(options.format).kind;
   guard.check(options.output, {kind}, "-o", options.existing);
   if (kind != FileKind::csv)
     guard.check(ids_path(options.output), {FileKind::csv}, "the list of rows of -o", options.existing);

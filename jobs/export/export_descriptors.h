@@ -14,7 +14,7 @@ class Command;
 
 struct DescriptorExport {
   std::string descriptors;  // names joined by `+`
-  std::string format;       // csv, fbin, npy, ann-hdf5
+  std::string format;       // of ExportContent::descriptors
   std::string output;
   Existing existing = Existing::keep;  // of the file and of its list
   std::vector<std::uint64_t> rows;     // those asked for; empty: all
@@ -26,8 +26,6 @@ struct DescriptorExport {
   bool shapes_split = false;      // any of the four was given
   bool wants_neighbours = false;  // --neighbours was given
 };
-
-bool is_descriptor_format(const std::string& format);
 
 void add_descriptor_export_options(const Command& command, DescriptorExport& options);
 // Throws UsageError when the options do not fit together.

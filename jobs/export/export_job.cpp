@@ -11,8 +11,7 @@
 #include "io/file/file_error.h"
 #include "io/item_id.h"
 #include "io/json_writer.h"
-#include "io/mesh/mesh_reader.h"
-#include "io/mesh/point_writer.h"
+#include "io/mesh/mesh_format.h"
 #include "io/store/pointnet_export.h"
 #include "jobs/cli/command_line.h"
 #include "jobs/cli/exit_status.h"
@@ -24,6 +23,7 @@
 #include "jobs/cli/working_process.h"
 #include "jobs/export/export_arrays.h"
 #include "jobs/export/export_descriptors.h"
+#include "jobs/export/export_format.h"
 #include "jobs/export/export_page.h"
 #include "jobs/inputs/store_items.h"
 #include "meander_version.h"
@@ -47,10 +47,11 @@ struct ExportOptions {
   bool fresh = false;
 
   Existing existing() const { return fresh ? Existing::replace : Existing::keep; }
+  ExportContent content() const { return export_format(format).content; }
   // Point files have the coordinates of the model's file, arrays for training those of the store.
   PointFrame point_frame() const {
     if (!frame.empty()) return value_of(frame_words, frame);
-    return pointnet || is_array_format(format) ? PointFrame::stored : PointFrame::file;
+    return pointnet || content() == ExportContent::arrays ? PointFrame::stored : PointFrame::file;
   }
   StoreCheck check = StoreCheck::every_byte;
   std::uint64_t store_bytes = 0;  // facts of the store before it was opened
@@ -120,21 +121,12 @@ int say_stopped(const ExportOptions& options, const std::string& how_far) {
   return exit_stopped;
 }
 
-FileKind kind_of_format(const std::string& format) {
-  return format == "ply"   ? FileKind::ply_points
-         : format == "off" ? FileKind::off_points
-         : format == "npz" ? FileKind::zip
-                           : FileKind::xyz;
-}
-
 bool is_mesh_file(const fs::path& path) {
   MeshFormat format{};
   std::error_code none;
   if (!mesh_format_of(path, format) || !fs::is_regular_file(path, none)) return false;
   try {
-    const FileKind kind = kind_of_file(path);
-    return kind == FileKind::ply_mesh || kind == FileKind::off_mesh || kind == FileKind::obj_mesh ||
-           kind == FileKind::stl_mesh || kind == FileKind::gltf_mesh;
+    return is_mesh(kind_of_file(path));
   } catch (const RunError&) {
     return false;  // it cannot be read, by a run either
   }
@@ -168,10 +160,8 @@ int export_points(const StoreReader& store, const std::vector<std::uint64_t>& ro
     const Row content = store.read_row(row);
     if (options.format == "npz")
       return write_npz(put, store.columns(), arrays, options.point_frame(), content, store.id(row));
-    const PointFormat format = options.format == "ply"   ? PointFormat::ply
-                               : options.format == "off" ? PointFormat::off
-                                                         : PointFormat::xyz;
-    write_points(put, format, content.samples, content.report, options.point_frame());
+    write_points(put, export_format(options.format).points, content.samples, content.report,
+                 options.point_frame());
   };
   if (options.output == standard_output) {
     if (rows.size() != 1)
@@ -189,9 +179,9 @@ int export_points(const StoreReader& store, const std::vector<std::uint64_t>& ro
           fmt::format("the item `{}` has the name of the description of the export, `{}`: name the "
                       "items to export without it",
                       store.id(row), UnfinishedExport::description_name));
-    guard.check(paths.back(), {kind_of_format(options.format)}, "-o", unfinished.existing(), true);
+    guard.check(paths.back(), {export_format(options.format).kind}, "-o", unfinished.existing(), true);
   }
-  if (options.format == "ply" || options.format == "off") refuse_folders_of_meshes(paths);
+  if (MeshFormat mesh; mesh_format_of("a." + options.format, mesh)) refuse_folders_of_meshes(paths);
   if (unfinished.begin()) {
     std::set<std::string> names;
     for (const fs::path& path : paths) names.insert(path.lexically_relative(options.output).string());
@@ -271,7 +261,7 @@ int export_store(ExportOptions& options) {
     wanted.existing = options.existing();
     return export_page(store, fs::path(options.store).filename().string(), wanted, guard);
   }
-  if (is_descriptor_format(options.format)) {
+  if (options.content() == ExportContent::descriptors) {
     DescriptorExport wanted = options.descriptors;
     wanted.format = options.format;
     wanted.output = options.output;
@@ -301,16 +291,20 @@ JobFunction add_export_job(Command& program) {
       command.add_option("-o,--output", options->output,
                          "Output folder, created if missing; with --descriptors the output file; -: the "
                          "points of one item, or the CSV of descriptors, on standard output");
+  std::vector<std::string> words;
+  for (const ExportFormat& known : export_formats) words.emplace_back(known.word);
   const Option format =
       command.add_option("--format", options->format, "Of the point files, or of the file of descriptors")
           .show_default()
-          .one_of({"ply", "off", "xyz", "npz", "webdataset", "csv", "fbin", "npy", "ann-hdf5"});
+          .one_of(words);
   command
       .add_option(
           "--frame", options->frame,
-          "Coordinates of the points: file, those of the model's file (the default of ply, off and xyz), "
-          "or stored, those of the store, as --normalize of the run made them (the default of npz, "
-          "webdataset and --pointnet); each file says which it has")
+          fmt::format(
+              "Coordinates of the points: file, those of the model's file (the default of {}), or "
+              "stored, those of the store, as --normalize of the run made them (the default of {} and "
+              "--pointnet); each file says which it has",
+              formats_with(ExportContent::points, "and"), formats_with(ExportContent::arrays)))
       .one_of(all_words(frame_words));
   const Option pointnet = command
                               .add_flag("--pointnet", options->pointnet,
@@ -331,8 +325,8 @@ JobFunction add_export_job(Command& program) {
     check_array_export(options->arrays, options->format);
     if (options->page.shapes_page && options->page.output.empty())
       throw UsageError("--models and --points apply to --html only");
-    if (!options->frame.empty() &&
-        (!options->page.output.empty() || (!options->pointnet && is_descriptor_format(options->format))))
+    if (!options->frame.empty() && (!options->page.output.empty() ||
+                                    (!options->pointnet && options->content() == ExportContent::descriptors)))
       throw UsageError(
           "--frame applies to points in files and shards; the page of --html has stored points, descriptors "
           "have "

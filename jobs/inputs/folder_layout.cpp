@@ -1,4 +1,5 @@
 #include "jobs/inputs/folder_layout.h"
+#include "io/word_list.h"
 
 #include <algorithm>
 #include <array>
@@ -83,9 +84,7 @@ bool fits_modelnet(std::span<const std::string> ids, std::size_t from_end) {
 std::string_view name_of(FolderLayout layout) { return layout_names[static_cast<std::size_t>(layout)]; }
 
 Split split_of_word(std::string_view word) {
-  std::string lower(word);
-  for (char& c : lower)
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  const std::string lower = lower_ascii(word);
   if (lower == "train" || lower == "training") return Split::train;
   if (lower == "test" || lower == "testing") return Split::test;
   if (lower == "val" || lower == "valid" || lower == "validation") return Split::validation;

@@ -11,6 +11,8 @@
 #include "io/digest.h"
 #include "io/file/file_bytes.h"
 #include "io/image/png_reader.h"
+#include "io/utf8.h"
+#include "io/word_list.h"
 #include "jobs/cli/option_words.h"
 #include "jobs/cli/usage_error.h"
 #include "kernels/core/spelling.h"
@@ -23,9 +25,7 @@ namespace meander {
 namespace fs = std::filesystem;
 
 SurfaceKind surface_kind(const std::string& argument) {
-  std::string extension = fs::path(argument).extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const std::string extension = lower_ascii(fs::path(argument).extension().string());
   if (extension == ".nurbs") return SurfaceKind::nurbs;
   return extension == ".png" ? SurfaceKind::height_field : SurfaceKind::formula;
 }
@@ -56,8 +56,7 @@ SurfaceSource open_surface(const std::string& argument, const HeightFieldOptions
     const FileBytes file(argument);
     source.content_sha256 = sha256(file.bytes());
     if (surface_kind(argument) == SurfaceKind::nurbs) {
-      source.surface =
-          parse_nurbs_patch({reinterpret_cast<const char*>(file.bytes().data()), file.bytes().size()});
+      source.surface = parse_nurbs_patch(text_of(file.bytes()));
       return source;
     }
     const GrayImage image = read_gray_png(argument);

@@ -6,6 +6,7 @@
 
 #include "io/file/atomic_file.h"
 #include "io/json_writer.h"
+#include "io/mesh/point_reader.h"
 #include "io/table/table.h"
 #include "jobs/cli/command_line.h"
 #include "jobs/cli/exit_status.h"
@@ -109,8 +110,8 @@ JobFunction add_measure_job(Command& program) {
   command.add_option("WHAT", options->what, help).required().one_of(names);
   command
       .add_option("INPUT", options->inputs,
-                  "Stores (FILE.h5: all ok items, FILE.h5::ITEM: one), point files (.ply .xyz .txt .csv .pts "
-                  ".off .npy); two meshes for distance")
+                  "Stores (FILE.h5: all ok items, FILE.h5::ITEM: one), point files (" + point_extensions() +
+                      "); two meshes for distance")
       .required();
   command.add_option("--surface", options->surface,
                      "Surface of the points: plane (unit square), sphere (unit sphere), a mesh file, or the "

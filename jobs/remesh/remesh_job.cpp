@@ -46,12 +46,6 @@ namespace {
 namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
-FileKind kind_of(MeshFormat format) {
-  return format == MeshFormat::ply   ? FileKind::ply_mesh
-         : format == MeshFormat::off ? FileKind::off_mesh
-                                     : FileKind::obj_mesh;
-}
-
 constexpr double much_of_area = 0.1;  // dropped: more than this is worth a line of its own
 
 InputStamp stamp_of_file(const fs::path& file) {
@@ -64,10 +58,10 @@ InputStamp stamp_of_file(const fs::path& file) {
           std::chrono::duration_cast<std::chrono::nanoseconds>(modified.time_since_epoch()).count()};
 }
 
-// Of glTF with the files that it names.
+// With the files that the model names.
 InputStamp stamp_of(const PlanItem& item) {
   InputStamp stamp = stamp_of_file(file_of(item));
-  if (!item.known_format || item.format != MeshFormat::gltf || stamp == InputStamp{}) return stamp;
+  if (!item.known_format || row_of(item.format).companions == nullptr || stamp == InputStamp{}) return stamp;
   try {
     const MeshEstimate peeked = peek_model(item);
     for (const fs::path& file : companion_files(peeked, item)) {
@@ -108,7 +102,7 @@ class RemeshJob {
     header_ = run_header(run_, inputs_, nullptr);
     run_.model_bytes =
         memory_for_models(run_.memory_bytes, header_, run_.sample, run_.threads, inputs_.index_bytes);
-    names_ = remesh_names(inputs_.items, extension_of(options_.format));
+    names_ = remesh_names(inputs_.items, std::string(row_of(options_.format).extensions.front()));
     take_earlier_table();
     check_outputs();
     try_suspects();
@@ -215,7 +209,7 @@ class RemeshJob {
                                      inputs_.items[i].id, folder_.path().string()));
       // What no table names is somebody else's.
       const Existing existing = run_.fresh || is_own(i) ? Existing::replace : Existing::keep;
-      guard.check(target(i), {kind_of(options_.format)}, "-o", existing, true);
+      guard.check(target(i), {mesh_kind(options_.format)}, "-o", existing, true);
     }
   }
 

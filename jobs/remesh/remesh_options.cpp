@@ -92,8 +92,4 @@ CarriedColumns carried_columns(const RemeshOptions& options) {
   return {sample.columns[&Samples::rgb], sample.columns[&Samples::texcoord], sample.attributes};
 }
 
-const char* extension_of(MeshFormat format) {
-  return format == MeshFormat::ply ? ".ply" : format == MeshFormat::off ? ".off" : ".obj";
-}
-
 }  // namespace meander

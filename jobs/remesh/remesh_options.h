@@ -25,7 +25,4 @@ void resolve_remesh_options(RemeshOptions& options);
 // What --colors, --attribute and --texcoord ask for.
 CarriedColumns carried_columns(const RemeshOptions& options);
 
-// The extension of the files that are written, with its dot.
-const char* extension_of(MeshFormat format);
-
 }  // namespace meander

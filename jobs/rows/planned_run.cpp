@@ -150,7 +150,8 @@ std::optional<MeshEstimate> most_in_small_file(const PlanItem& item) {
   std::error_code error;
   const std::uintmax_t bytes = std::filesystem::file_size(item.path, error);
   if (error || bytes > small_file) return std::nullopt;
-  return most_in_file(bytes, item.format);
+  const auto most = row_of(item.format).most;
+  return most == nullptr ? std::nullopt : std::optional(most(bytes));
 }
 
 }  // namespace

@@ -60,7 +60,7 @@ bool has_changed(const PlanItem& item, const ItemReport& report, TimePoint since
   const std::uint64_t size = !item.packed                                       ? facts.st_size
                              : item.packed.archive->kind() == ArchiveKind::gzip ? report.file_bytes
                                                                                 : item.packed.facts().bytes;
-  const bool may_name_files = item.format == MeshFormat::gltf;
+  const bool may_name_files = row_of(item.format).companions != nullptr;
   if (!may_name_files && report.file_bytes != 0 && report.file_bytes != size) return true;
   try {
     // Materials are small: they are read rather than dated.

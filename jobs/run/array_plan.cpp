@@ -208,7 +208,7 @@ std::vector<PlanItem> read_shard_items(const fs::path& folder, const StoreHeader
     const auto known = json.members().find("known_format");
     item.known_format = known == json.members().end() || known->second != "false";
     const std::int64_t format = json.integer("format").value_or(0);
-    if (format < 0 || format > static_cast<std::int64_t>(MeshFormat::gltf))
+    if (format < 0 || format >= static_cast<std::int64_t>(mesh_formats().size()))
       refuse_items(path, fmt::format("line {} has the unknown format {}", items.size(), format));
     item.format = static_cast<MeshFormat>(format);
     item.folders_above = static_cast<std::uint32_t>(

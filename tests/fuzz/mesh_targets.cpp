@@ -139,8 +139,8 @@ void run_mesh(std::string_view bytes, MeshFormat format, std::span<const Compani
   const std::string outcome =
       outcome_of([&] { whole = read_mesh(bytes_of(bytes), format, {}, around); }, documented);
   if (whole) demand_consistent(*whole, format);
-  demand_inside(companion_paths(bytes_of(bytes), format));
-  demand_inside(color_companion_paths(bytes_of(bytes), format));
+  for (const auto paths : {row_of(format).companions, row_of(format).color_companions})
+    if (paths != nullptr) demand_inside(paths(bytes_of(bytes)));
   if (format == MeshFormat::gltf) return;  // is not read in blocks
   const std::string outcome_of_parts = outcome_of(
       [&] {

@@ -49,8 +49,8 @@ TEST_CASE("file kind: what this program writes is known again") {
   CHECK(kind_of(csv_text(Table{{{"name"}, {"value"}}, {}})) == FileKind::csv);
   CHECK(kind_of("f / sqrt(n),mean\n0.1,2\n") == FileKind::csv);
   CHECK(kind_of("{\"store\":\"s.h5\"}\n") == FileKind::json);
-  CHECK(kind_of(R"({"accessors":[],"asset":{"version":"2.0"}})") == FileKind::gltf_mesh);
-  CHECK(kind_of(std::string("glTF\2\0\0\0", 8)) == FileKind::gltf_mesh);
+  CHECK(kind_of(R"({"accessors":[],"asset":{"version":"2.0"}})") == mesh_kind(MeshFormat::gltf));
+  CHECK(kind_of(std::string("glTF\2\0\0\0", 8)) == mesh_kind(MeshFormat::gltf));
   std::string tar, zip;
   TarWriter([&tar](std::string_view piece) { tar += piece; }).add("a.npy", {"values"});
   CHECK(kind_of(tar) == FileKind::tar);
@@ -75,16 +75,16 @@ TEST_CASE("file kind: what this program writes is known again") {
 TEST_CASE("file kind: meshes of every format") {
   const PolygonMesh mesh = grid_plane(3, 3);
   const auto kind = [&](MeshFile file) { return kind_of(mesh_bytes(mesh, file)); };
-  CHECK(kind(MeshFile::off) == FileKind::off_mesh);
-  CHECK(kind(MeshFile::off_binary) == FileKind::off_mesh);
-  CHECK(kind(MeshFile::obj) == FileKind::obj_mesh);
-  CHECK(kind(MeshFile::ply_ascii) == FileKind::ply_mesh);
-  CHECK(kind(MeshFile::ply_little_endian) == FileKind::ply_mesh);
-  CHECK(kind(MeshFile::ply_big_endian) == FileKind::ply_mesh);
-  CHECK(kind(MeshFile::stl_ascii) == FileKind::stl_mesh);
-  CHECK(kind(MeshFile::stl_binary) == FileKind::stl_mesh);
+  CHECK(kind(MeshFile::off) == mesh_kind(MeshFormat::off));
+  CHECK(kind(MeshFile::off_binary) == mesh_kind(MeshFormat::off));
+  CHECK(kind(MeshFile::obj) == mesh_kind(MeshFormat::obj));
+  CHECK(kind(MeshFile::ply_ascii) == mesh_kind(MeshFormat::ply));
+  CHECK(kind(MeshFile::ply_little_endian) == mesh_kind(MeshFormat::ply));
+  CHECK(kind(MeshFile::ply_big_endian) == mesh_kind(MeshFormat::ply));
+  CHECK(kind(MeshFile::stl_ascii) == mesh_kind(MeshFormat::stl));
+  CHECK(kind(MeshFile::stl_binary) == mesh_kind(MeshFormat::stl));
   CHECK(kind_of("# made by hand\nOFF 3 1 0\n0 0 0\n") != FileKind::off_points);
-  CHECK(kind_of("OFF # comment\n# another\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n") == FileKind::off_mesh);
+  CHECK(kind_of("OFF # comment\n# another\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n") == mesh_kind(MeshFormat::off));
 }
 
 TEST_CASE("file kind: files of other programs are not recognised as our own") {

@@ -4,6 +4,7 @@
 #include <map>
 #include <sstream>
 
+#include "io/archive/archive.h"
 #include "io/reading.h"
 #include "support/catch.h"
 #include "support/gltf_files.h"
@@ -14,7 +15,10 @@ using namespace meander::test;
 
 namespace {
 
-std::string page() { return read_file(std::string(MEANDER_SOURCE_DIR) + "/docs/FORMATS.md"); }
+std::string document(const std::string& name) {
+  return read_file(std::string(MEANDER_SOURCE_DIR) + "/" + name);
+}
+std::string page() { return document("docs/FORMATS.md"); }
 
 // The cells of the table below a heading, without the lines of its head.
 std::vector<std::vector<std::string>> table_below(const std::string& heading) {
@@ -280,11 +284,18 @@ TEST_CASE("formats: every line of the table of features is what a file with the 
   CHECK(lines == all.size());
 }
 
-TEST_CASE("formats: the page lists the kinds of notes and the extensions that the code knows, in its order") {
+TEST_CASE(
+    "formats: the documents list the kinds of notes and the extensions that the code knows, in its order") {
   std::vector<std::string> kinds;
   for (const std::vector<std::string>& row : table_below("Notes")) kinds.push_back(row[0]);
   std::vector<std::string> known;
   for (const std::string_view name : note_names) known.push_back("`" + std::string(name) + "`");
   CHECK(kinds == known);
-  CHECK(page().find("Extensions, in any case: " + mesh_extensions() + ";") != std::string::npos);
+  const auto has = [](const char* name, const std::string& text) {
+    return document(name).find(text) != std::string::npos;
+  };
+  CHECK(has("docs/FORMATS.md", "Extensions, in any case: " + mesh_extensions() + ";"));
+  CHECK(has("docs/RUNNING.md", "with the extension " + mesh_extensions("or") + ", in any case"));
+  CHECK(has("docs/RUNNING.md", "| an archive: " + archive_extensions() + " |"));
+  CHECK(has("README.md", "Formats: " + mesh_format_names() + ";"));
 }

@@ -226,7 +226,7 @@ TEST_CASE("colours: comments and options behind the names of materials and image
   CHECK(materials.find("Material") == nullptr);
   CHECK(materials.find("red#") == nullptr);
   const std::string obj = "mtllib none.mtl not\\ there.mtl my own.mtl\n";
-  CHECK(color_companion_paths(std::as_bytes(std::span(obj.data(), obj.size())), MeshFormat::obj) ==
+  CHECK(row_of(MeshFormat::obj).color_companions(std::as_bytes(std::span(obj.data(), obj.size()))) ==
         std::vector<std::string>{"none.mtl", "not there.mtl", "my own.mtl"});
 }
 
@@ -269,10 +269,10 @@ TEST_CASE("colours: the material libraries that an OBJ file names, absolute ones
       "mtllib a.mtl b.mtl\n# mtllib no.mtl\nmtllib two words.mtl\r\nmtllib tex\\c.MTL ./a.mtl\nmtllib "
       "../up.mtl\n"
       "mtllib /etc/passwd\nmtllib\nv 0 0 0\nmtllib last.mtl";
-  CHECK(color_companion_paths(std::as_bytes(std::span(text.data(), text.size())), MeshFormat::obj) ==
+  CHECK(row_of(MeshFormat::obj).color_companions(std::as_bytes(std::span(text.data(), text.size()))) ==
         std::vector<std::string>{"a.mtl", "b.mtl", "two words.mtl", "tex/c.MTL", "../up.mtl", "passwd",
                                  "last.mtl"});
-  CHECK(color_companion_paths(std::as_bytes(std::span(text.data(), text.size())), MeshFormat::off).empty());
+  CHECK(row_of(MeshFormat::off).color_companions == nullptr);
 }
 
 TEST_CASE("colours: ModelBytes keeps the content of an OBJ file apart from that of its materials") {
@@ -451,12 +451,12 @@ TEST_CASE("colours: textures of PLY by the coordinates of faces or of vertices, 
                 MeshFormat::ply);
   CHECK(odd.notes[Note::coordinates_missing] == 1);
   CHECK(odd.notes[Note::image_missing] == 3);  // two files, and the number 2
-  CHECK(ply_image_paths(text) == std::vector<std::string>{"a.png", "b.png"});
+  CHECK(ply_image_paths(std::as_bytes(std::span(text))) == std::vector<std::string>{"a.png", "b.png"});
 }
 
 TEST_CASE("colours: names of libraries end at comments, and runs of blanks are no names") {
   const auto names = [](const std::string& text) {
-    return color_companion_paths(std::as_bytes(std::span(text)), MeshFormat::obj);
+    return row_of(MeshFormat::obj).color_companions(std::as_bytes(std::span(text)));
   };
   CHECK(names("mtllib m.mtl # by x\n") == std::vector<std::string>{"m.mtl"});
   CHECK(names("mtllib a" + std::string(100000, ' ') + "b.mtl\n").size() == 1);

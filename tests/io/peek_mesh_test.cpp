@@ -142,7 +142,7 @@ TEST_CASE("peek_mesh: the values of all properties of a PLY file are counted") {
     const PolygonMesh mesh = read_mesh(std::as_bytes(std::span(text)), MeshFormat::ply);
     CHECK(mesh.attribute_bytes() == 8 * (2 * 300 + 100));
     CHECK(peek_file(folder / "a.ply").decoding_bytes == mesh.attribute_bytes());
-    CHECK(most_in_file(text.size(), MeshFormat::ply)->decoding_bytes >= mesh.attribute_bytes());
+    CHECK(row_of(MeshFormat::ply).most(text.size()).decoding_bytes >= mesh.attribute_bytes());
   }
 }
 
@@ -177,12 +177,14 @@ TEST_CASE("peek_mesh: malformed and odd files have an estimate too") {
   check_estimate(peek_file(folder / "lines.off"), {3, 1}, 1);
   write_file(folder / "continued.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 \\\n3\n");
   check_estimate(peek_file(folder / "continued.obj"), {3, 1}, 1);
+  write_file(folder / "long_header.off", "OFF BINARY " + std::string(300000, 'x'));
+  REQUIRE(peek_file(folder / "long_header.off").file_bytes == 300011);
   REQUIRE_THROWS_AS(peek_mesh(folder / "absent.off", MeshFormat::off), ItemError);
 }
 
 TEST_CASE("most_in_file: no file of its size holds more") {
   const auto check = [](const std::string& content, MeshFormat format, double used) {
-    const auto most = most_in_file(content.size(), format);
+    const std::optional most = row_of(format).most(content.size());
     REQUIRE(most);
     CHECK(most->file_bytes == content.size());
     const Truth truth = truth_of(read(content, format));
@@ -218,7 +220,7 @@ TEST_CASE("most_in_file: no file of its size holds more") {
   ply += {'\x70', '\x17'};  // 6000 corners
   for (int k = 0; k < 6000; ++k) ply += static_cast<char>(k % 9);
   check(ply, MeshFormat::ply, 0.9);
-  CHECK_FALSE(most_in_file(1000, MeshFormat::gltf));
+  CHECK(row_of(MeshFormat::gltf).most == nullptr);
 }
 
 TEST_CASE("peek_mesh: real files are estimated at 1 to 1.5 times the truth") {

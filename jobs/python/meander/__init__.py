@@ -376,7 +376,7 @@ def descriptor_names():
 
 
 def read_mesh(path):
-    """A file of any format that Meander reads (OFF, OBJ, PLY, STL, glTF; MESH.gz, ARCHIVE/MEMBER), as a Mesh.
+    """A file of any format that `meander run` reads (docs/FORMATS.md), also MESH.gz and ARCHIVE/MEMBER, as a Mesh.
 
     A Mesh has `vertices` (V, 3) float64, `faces` (F, k) uint32 (None for polygons of different sizes) and `content`. It has
     the file's normals and attributes too: sample(read_mesh(path)) gives the points that `meander run path` stores.
