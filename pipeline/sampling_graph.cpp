@@ -16,7 +16,7 @@
 #include "io/store/tensor_dataset.h"
 #include "kernels/core/failure.h"
 #include "kernels/core/parallel.h"
-#include "kernels/core/thread_handoff.h"
+#include "kernels/core/tsan_annotations.h"
 #include "pipeline/admission.h"
 #include "pipeline/memory_estimate.h"
 
@@ -135,12 +135,12 @@ class SamplingGraph {
   }
 
   GraphResult run() {
-    hand_over(&admit_items_);
+    tsan_release(&admit_items_);
     admit_items_.try_put(Envelope{});
     graph_.wait_for_all();
-    take_over(&admit_items_);
-    take_over(&write_row_);
-    take_over_all(this, sizeof *this);
+    tsan_acquire(&admit_items_);
+    tsan_acquire(&write_row_);
+    tsan_acquire_all(this, sizeof *this);
     if (sink_error_) std::rethrow_exception(sink_error_);
     result_.peak_reserved_bytes = admission_.peak_bytes();
     result_.stopped = result_.written != plan_.size();
@@ -167,7 +167,7 @@ class SamplingGraph {
   static std::size_t items_in_flight(int threads) { return 2 * static_cast<std::size_t>(threads); }
 
   void admit(const Envelope& back, AdmitNode::output_ports_type& out) {
-    const Turn turn(&admit_items_);
+    const TsanTurn turn(&admit_items_);
     const NodeTimer timer(statistics_.front());
     if (back.frees_slot)
       --working_;
@@ -201,13 +201,13 @@ class SamplingGraph {
          "needs about " + std::to_string(bytes >> 20) + " MiB, --memory leaves " +
              std::to_string(parameters_.memory_bytes >> 20) +
              " MiB for models (raise it, or --allow-oversize)");
-    hand_over(envelope.item);
+    tsan_release(envelope.item);
     std::get<1>(out).try_put(envelope);
   }
 
   Envelope open_item(std::size_t index) {
     Envelope envelope;
-    take_over(&items_[index]);
+    tsan_acquire(&items_[index]);
     items_[index] = std::make_unique<GraphItem>();
     envelope.item = items_[index].get();
     envelope.ticket.item = index;
@@ -245,7 +245,7 @@ class SamplingGraph {
   }
 
   Envelope work(const GraphStage& stage, NodeStatistics& node, Envelope envelope) {
-    const Turn turn(envelope.item);
+    const TsanTurn turn(envelope.item);
     if (envelope.needed_bytes > 0 || !is_open(*envelope.item)) return envelope;
     const NodeTimer timer(node);
     try {
@@ -259,7 +259,7 @@ class SamplingGraph {
   // The slot is free whatever the outcome: the next item may start while this one is written.
   void encode(Envelope envelope, EncodeNode::output_ports_type& out) {
     {
-      const Turn turn(envelope.item);
+      const TsanTurn turn(envelope.item);
       if (envelope.needed_bytes == 0 && !envelope.item->dropped) encode(*envelope.item);
     }
     Envelope slot;
@@ -333,8 +333,8 @@ class SamplingGraph {
   }
 
   Envelope write(Envelope envelope) {
-    const Turn turn(&write_row_);
-    take_over(envelope.item);
+    const TsanTurn turn(&write_row_);
+    tsan_acquire(envelope.item);
     const NodeTimer timer(statistics_.back());
     GraphItem& item = *envelope.item;
     if (envelope.needed_bytes == 0) {
@@ -352,7 +352,7 @@ class SamplingGraph {
       }
     }
     items_[envelope.ticket.item].reset();
-    hand_over(&items_[envelope.ticket.item]);  // to another try with more memory
+    tsan_release(&items_[envelope.ticket.item]);  // to another try with more memory
     return envelope;
   }
 
@@ -509,9 +509,9 @@ GraphResult run_sampling_graph(const std::vector<PlanItem>& plan, const GraphPar
   require_task_memory();
   oneapi::tbb::task_arena arena(parameters.threads);
   GraphResult result;
-  const LoopHandoff handoff;
+  const TsanLoop loop;
   arena.execute([&]() MEANDER_CALLED_BY_TBB {
-    const LoopHandoff::Task task(handoff);
+    const TsanLoop::Task task(loop);
     SamplingGraph graph(plan, parameters, stages, header, sink, cancelled, statistics, observer);
     result = graph.run();
   });
@@ -532,8 +532,7 @@ void run_item_alone(const PlanItem& plan, const GraphParameters& parameters, con
   constexpr std::size_t at_once = 65536;
   const PlaceParameters place = place_parameters(parameters.sample);
   for (std::size_t begin = 0; begin < item.model.sites.count(); begin += at_once)
-    samples_at(item.model, place, begin,
-               std::min(begin + at_once, item.model.sites.count()));
+    samples_at(item.model, place, begin, std::min(begin + at_once, item.model.sites.count()));
 }
 
 }  // namespace meander
