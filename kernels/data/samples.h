@@ -82,7 +82,6 @@ struct ItemReport : SampleReport {
 // One row of the store.
 struct Row {
   ItemReport report;
-  std::int32_t label = -1;
   Samples samples;  // empty arrays unless status is ok
   std::vector<DescriptorRow> descriptors;
   std::string names = {};  // see PolygonMesh::names; of a row that is ok
