@@ -13,7 +13,7 @@
 #include <ctime>
 #include <vector>
 
-#include "kernels/model/sampler.h"
+#include "kernels/public/sampler.h"
 
 using namespace meander;
 
@@ -50,9 +50,7 @@ int main(int argc, char** argv) {
   const auto number = [&](int i) { return static_cast<std::uint32_t>(std::strtoul(argv[i], nullptr, 10)); };
   const Arrays mesh = torus(number(1), number(2));
   const std::uint32_t calls = number(4);
-  SampleParameters parameters;
-  parameters.samples = number(3);
-  const Sampler sampler(parameters);
+  const Sampler sampler({{"samples", number(3)}});
   double best = HUGE_VAL;
   oneapi::tbb::task_arena(1).execute([&] {
     for (int round = 0; round < 3; ++round) {
@@ -60,7 +58,7 @@ int main(int argc, char** argv) {
       for (std::uint32_t call = 0; call < calls; ++call) {
         const std::array<std::uint8_t, 32> content = {static_cast<std::uint8_t>(call),
                                                       static_cast<std::uint8_t>(call >> 8)};
-        if (sampler.sample(mesh.positions, mesh.faces, content).report.status != Status::ok) std::abort();
+        if (sampler.sample({mesh.positions, mesh.faces}, content).report.status != Status::ok) std::abort();
       }
       best = std::min(best, static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC);
     }

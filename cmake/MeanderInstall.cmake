@@ -1,37 +1,10 @@
-# install + export: find_package(meander) gives meander::kernels, and <meander/sampler.h> with the headers beside it.
-#
-# Public are the headers directly below <meander/>. Those below <meander/kernels/> are what they include: they hold the
-# parameters of single kernels and may change. Everything else is internal and not installed; tests/consumer builds
-# against an installation, so a header that is missing from the list fails there.
+# install + export: find_package(meander) gives meander::kernels and the headers of kernels/public as <meander/...>, which
+# include each other and the standard library alone (tests/product/interface.cmake).
 include(CMakePackageConfigHelpers)
-set(public_headers sampler.h sample_parameters.h row.h)
-set(included_headers
-  core/cancel.h core/instruction_set.h core/model_sizes.h core/notes.h core/portable_functions.h core/random.h core/status.h
-  core/vector3.h core/words.h core/work_budget.h
-  curve/curve_key.h curve/curve_tree.h
-  cut/cut_to_disk.h
-  data/columns.h data/samples.h
-  density/density.h
-  describe/depth_views.h describe/describe_samples.h describe/distance_histogram.h describe/oriented_pairs.h describe/shape_dna.h
-  describe/shape_moments.h
-  describe/shell_harmonics.h
-  flatten/flatten_chart.h
-  mesh/box_frame.h mesh/coarsen_mesh.h mesh/measured_mesh.h mesh/polygon_mesh.h mesh/prepared_mesh.h mesh/surface_textures.h
-  model/sample_parameters.h model/sampler.h model/sampling_methods.h
-  partition/chart_places.h partition/elements.h
-  rays/embree_device.h rays/embree_locator.h
-  sample/place_samples.h sample/spaced_samples.h
-  segment/random_walk.h segment/segment_mesh.h
-  tensor/chart_alignment.h tensor/make_tensor_field.h tensor/tangent_tensor.h tensor/tensor_field.h)
-list(TRANSFORM public_headers PREPEND kernels/public/)
 install(TARGETS meander_kernels EXPORT meanderTargets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
 install(TARGETS meander RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 install(EXPORT meanderTargets NAMESPACE meander:: DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/meander)
-install(FILES ${public_headers} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/meander)
-foreach(header ${included_headers})
-  cmake_path(GET header PARENT_PATH folder)
-  install(FILES kernels/${header} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/meander/kernels/${folder})
-endforeach()
+install(DIRECTORY kernels/public/ DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/meander FILES_MATCHING PATTERN "*.h")
 configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/meanderConfig.cmake.in
   ${PROJECT_BINARY_DIR}/meanderConfig.cmake INSTALL_DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/meander)
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/meanderConfigVersion.cmake COMPATIBILITY SameMinorVersion)

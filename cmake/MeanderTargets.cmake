@@ -66,8 +66,7 @@ function(meander_library name)
   set_target_properties(meander_${name} PROPERTIES EXPORT_NAME ${name})
   target_include_directories(meander_${name} PUBLIC
     $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}>
-    $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>
-    $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/meander>)
+    $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
   target_compile_features(meander_${name} PUBLIC cxx_std_20)
   target_link_libraries(meander_${name} PRIVATE $<BUILD_INTERFACE:meander_flags>)
 endfunction()

@@ -16,7 +16,7 @@
 #include "io/store/tensor_dataset.h"
 #include "kernels/core/failure.h"
 #include "kernels/core/parallel.h"
-#include "kernels/core/thread_handoff.h"
+#include "kernels/core/tsan_annotations.h"
 #include "kernels/sample/column_makers.h"
 #include "pipeline/admission.h"
 #include "pipeline/memory_estimate.h"
@@ -153,12 +153,12 @@ class SamplingGraph {
   }
 
   GraphResult run() {
-    hand_over(&admit_items_);
+    tsan_release(&admit_items_);
     admit_items_.try_put(Envelope{});
     graph_.wait_for_all();
-    take_over(&admit_items_);
-    take_over(&write_row_);
-    take_over_all(this, sizeof *this);
+    tsan_acquire(&admit_items_);
+    tsan_acquire(&write_row_);
+    tsan_acquire_all(this, sizeof *this);
     if (sink_error_) std::rethrow_exception(sink_error_);
     result_.peak_reserved_bytes = admission_.peak_bytes();
     result_.stopped = result_.written != plan_.size();
@@ -185,7 +185,7 @@ class SamplingGraph {
   static std::size_t items_in_flight(int threads) { return 2 * static_cast<std::size_t>(threads); }
 
   void admit(const Envelope& back, AdmitNode::output_ports_type& out) {
-    const Turn turn(&admit_items_);
+    const TsanTurn turn(&admit_items_);
     const NodeTimer timer(statistics_.front());
     if (back.frees_slot)
       --working_;
@@ -219,13 +219,13 @@ class SamplingGraph {
          "needs about " + std::to_string(bytes >> 20) + " MiB, --memory leaves " +
              std::to_string(parameters_.memory_bytes >> 20) +
              " MiB for models (raise it, or --allow-oversize)");
-    hand_over(envelope.item);
+    tsan_release(envelope.item);
     std::get<1>(out).try_put(envelope);
   }
 
   Envelope open_item(std::size_t index) {
     Envelope envelope;
-    take_over(&items_[index]);
+    tsan_acquire(&items_[index]);
     items_[index] = std::make_unique<GraphItem>();
     envelope.item = items_[index].get();
     envelope.ticket.item = index;
@@ -263,7 +263,7 @@ class SamplingGraph {
   }
 
   Envelope work(const GraphStage& stage, NodeStatistics& node, Envelope envelope) {
-    const Turn turn(envelope.item);
+    const TsanTurn turn(envelope.item);
     if (envelope.needed_bytes > 0 || !is_open(*envelope.item)) return envelope;
     const NodeTimer timer(node);
     try {
@@ -277,7 +277,7 @@ class SamplingGraph {
   // Frees the slot whatever the outcome, so that the next item may start while this one is written.
   void encode(Envelope envelope, EncodeNode::output_ports_type& out) {
     {
-      const Turn turn(envelope.item);
+      const TsanTurn turn(envelope.item);
       if (envelope.needed_bytes == 0 && !envelope.item->dropped) encode(*envelope.item);
     }
     Envelope slot;
@@ -352,8 +352,8 @@ class SamplingGraph {
   }
 
   Envelope write(Envelope envelope) {
-    const Turn turn(&write_row_);
-    take_over(envelope.item);
+    const TsanTurn turn(&write_row_);
+    tsan_acquire(envelope.item);
     const NodeTimer timer(statistics_.back());
     GraphItem& item = *envelope.item;
     if (envelope.needed_bytes == 0) {
@@ -371,7 +371,7 @@ class SamplingGraph {
       }
     }
     items_[envelope.ticket.item].reset();
-    hand_over(&items_[envelope.ticket.item]);  // to a retry with more memory
+    tsan_release(&items_[envelope.ticket.item]);  // to another try with more memory
     return envelope;
   }
 
@@ -530,9 +530,9 @@ GraphResult run_sampling_graph(const std::vector<PlanItem>& plan, const GraphPar
   require_task_memory();
   oneapi::tbb::task_arena arena(parameters.threads);
   GraphResult result;
-  const LoopHandoff handoff;
+  const TsanLoop loop;
   arena.execute([&]() MEANDER_CALLED_BY_TBB {
-    const LoopHandoff::Task task(handoff);
+    const TsanLoop::Task task(loop);
     SamplingGraph graph(plan, parameters, stages, header, sink, cancelled, statistics, observer);
     result = graph.run();
   });

@@ -34,7 +34,7 @@ struct PlanItem : ModelPlace {
   std::uint64_t row = 0;
   std::string id;
   bool known_format = true;  // false: the row says unsupported_format
-  std::int32_t label = -1;
+  std::int32_t label = -1;   // this and the next one: as inputs are collected; the header has them afterwards
   Split split = Split::none;
   std::uint64_t reserved_bytes = 0;  // estimate_bytes of a header peek
   // The tensors of the kind `table`: a text file, or an HDF5 file and the path of the dataset in it.

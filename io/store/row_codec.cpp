@@ -382,7 +382,6 @@ Row decode_row(const StoreHeader& header, const EncodedRow& encoded) {
   for (const auto& [spec, offset] : item_record(header.columns).columns)
     spec->get_item(parts.items.data() + offset, row.report);
   row.report.reason = parts.reason;
-  row.label = header.labels.at(encoded.row);
   if (parts.status != Status::ok) return row;
   row.samples = decode_samples(header, parts);
   row.names = parts.names;

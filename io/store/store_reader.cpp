@@ -490,7 +490,6 @@ Split StoreReader::split(std::uint64_t row) const {
 Row StoreReader::read_row(std::uint64_t row) const {
   Row result;
   result.report = report(row);
-  result.label = label(row);
   if (result.report.status != Status::ok) return result;
   const State::Place place = state_->place_of(row);
   place.part->read_row(place.row, result);
@@ -512,7 +511,7 @@ Samples StoreReader::read_samples(std::uint64_t row, std::uint64_t begin, std::u
 CopiedRow StoreReader::copy_row(std::uint64_t row) const {
   const bool has_many = samples() > most_copied_samples && descriptors().empty();
   CopiedRow copied;
-  copied.row = has_many ? Row{report(row), label(row), {}, {}, names(row)} : read_row(row);
+  copied.row = has_many ? Row{report(row), {}, {}, names(row)} : read_row(row);
   if (has_many && copied.row.report.status == Status::ok)
     copied.blocks = [this, row](std::uint64_t begin, std::uint64_t end) {
       return read_samples(row, begin, end);

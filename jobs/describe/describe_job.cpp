@@ -170,7 +170,6 @@ class DescribeJob {
     PlanItem plan;
     plan.row = row;
     plan.id = header_.ids[row];
-    plan.label = header_.labels[row];
     if (round == Round::with_meshes && !meshes_.add_file(plan)) {
       problems_.add(row, {Status::unreadable, "no file of this id is in the input"});
       return std::nullopt;

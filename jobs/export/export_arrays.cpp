@@ -134,7 +134,8 @@ std::string json_of(const StoreReader& store, std::uint64_t number, PointFrame f
   json.begin_object();
   json.member("id", store.id(number));
   json.member("row", number);
-  if (row.label >= 0) json.member("class", store.label_names()[static_cast<std::size_t>(row.label)]);
+  if (const std::int32_t label = store.label(number); label >= 0)
+    json.member("class", store.label_names()[static_cast<std::size_t>(label)]);
   if (store.split(number) != Split::none) json.member("split", name_of(store.split(number)));
   json.member("area", report.area);
   const auto list = [&json](std::string_view name, std::span<const double> values) {
@@ -296,8 +297,8 @@ bool export_webdataset(const StoreReader& store, const std::vector<std::uint64_t
     for (const std::string& name : wanted.arrays)
       members.emplace_back(fmt::format("{}.{}.npy", key, file_word(name)),
                            npy_of(name, store.columns(), wanted.frame, row));
-    if (row.label >= 0)
-      members.emplace_back(key + ".cls", std::to_string(row.label));
+    if (const std::int32_t label = store.label(number); label >= 0)
+      members.emplace_back(key + ".cls", std::to_string(label));
     else
       ++unlabelled;
     members.emplace_back(key + ".json", json_of(store, number, wanted.frame, row));

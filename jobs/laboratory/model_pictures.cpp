@@ -41,7 +41,11 @@ SrgbColor normal_color(const float* normal) {
   return color;
 }
 
-std::vector<SrgbColor> colors_of(const Row& row, const DensityRange& range, const ModelLook& look) {
+struct PicturedRow : Row {
+  std::int32_t label = -1;
+};
+
+std::vector<SrgbColor> colors_of(const PicturedRow& row, const DensityRange& range, const ModelLook& look) {
   const Samples& samples = row.samples;
   const std::size_t count = drawn_count(row, look);
   if (look.color == SampleColor::plain)
@@ -96,7 +100,7 @@ double visible_area(std::span<const double> positions, double area) {
 }
 
 // The surface in working coordinates, since those of the file may be too large to compute a picture with.
-RgbImage draw_surface(const PolygonMesh& file, const Row& row, const DensityRange& range,
+RgbImage draw_surface(const PolygonMesh& file, const PicturedRow& row, const DensityRange& range,
                       const ModelLook& look) {
   const PreparedMesh mesh = prepare_mesh(file);
   std::vector<double> positions(3 * mesh.vertex_count());
@@ -115,7 +119,7 @@ RgbImage draw_surface(const PolygonMesh& file, const Row& row, const DensityRang
       surface_look(look));
 }
 
-RgbImage draw_points(const Row& row, const DensityRange& range, const ModelLook& look) {
+RgbImage draw_points(const PicturedRow& row, const DensityRange& range, const ModelLook& look) {
   SplatParameters parameters;
   parameters.size = look.size;
   parameters.view = look.view;
@@ -128,7 +132,7 @@ RgbImage draw_points(const Row& row, const DensityRange& range, const ModelLook&
 }
 
 // Draws the samples alone and, with their mesh (or null), measures the white space between them.
-RgbImage draw_sample_splats(const PolygonMesh* file, const Row& row, const DensityRange& range,
+RgbImage draw_sample_splats(const PolygonMesh* file, const PicturedRow& row, const DensityRange& range,
                             const ModelLook& look, std::string& note) {
   const std::size_t count = drawn_count(row, look);
   const auto points = std::span(row.samples.points).first(3 * count);
@@ -167,8 +171,8 @@ std::string read_surface(const PicturedModel& model, const Row& row, PolygonMesh
   return {};
 }
 
-void draw_cell(const PicturedModel& model, const Row& row, const DensityRange& range, const ModelLook& look,
-               SheetCell& cell) {
+void draw_cell(const PicturedModel& model, const PicturedRow& row, const DensityRange& range,
+               const ModelLook& look, SheetCell& cell) {
   if (row.report.status != Status::ok) {
     cell.failure = fmt::format("{}: {}", name_of(row.report.status), row.report.reason);
     return;
@@ -222,14 +226,14 @@ std::uint64_t picture_bytes(const StoreReader& store, const PicturedModel& model
 
 std::vector<SheetCell> model_cells(const StoreReader& store, std::span<const PicturedModel> models,
                                    const DensityRange& range, const ModelLook& look) {
-  std::vector<Row> rows;
+  std::vector<PicturedRow> rows;
   std::vector<SheetCell> cells(models.size());
   for (std::size_t i = 0; i < models.size(); ++i) {
     if (!models[i].in_store) {
       rows.emplace_back().report.status = Status::ok;
       continue;
     }
-    rows.push_back(store.read_row(models[i].row));
+    rows.push_back({store.read_row(models[i].row), store.label(models[i].row)});
     cells[i].title = store.id(models[i].row);
     cells[i].note_color = quiet_note;
     if (look.color == SampleColor::label && rows[i].label >= 0)

@@ -13,6 +13,7 @@
 #include "io/digest.h"
 #include "jobs/python/sample_options.h"
 #include "kernels/mesh/count_limit.h"
+#include "kernels/model/model_sampler.h"
 
 namespace meander {
 
@@ -90,14 +91,14 @@ Content content_of(std::span<const double> positions, const Corners& corners) {
   return sha256(bytes);
 }
 
-std::vector<double> density_values(const meander_arrays& arrays) {
+std::span<const double> density_values(const meander_arrays& arrays) {
   const std::span<const double> numbers(
       arrays.density, arrays.density_of_faces != 0 ? arrays.face_count : arrays.vertex_count);
   for (std::size_t i = 0; i < numbers.size(); ++i)
     if (!(numbers[i] >= 0) || std::isinf(numbers[i]))
       throw std::invalid_argument(
           fmt::format("density[{}] is {}: densities are finite and not negative", i, numbers[i]));
-  return {numbers.begin(), numbers.end()};
+  return numbers;
 }
 
 }  // namespace
@@ -114,31 +115,22 @@ ContentMesh mesh_of_arrays(const meander_arrays& arrays) {
   check_count(count, "vertices");
   const std::span<const double> positions(arrays.vertices, 3 * count);
   if (arrays.check != 0) require_finite(positions, "vertices");
-  Corners corners = corners_of(arrays);
-  ContentMesh result;
-  PolygonMesh& mesh = result.mesh;
+  const Corners corners = corners_of(arrays);
+  Mesh mesh{positions, corners.number, static_cast<std::uint32_t>(corners.width)};
+  std::vector<float> normals;
   if (arrays.normals != nullptr)
     for (const double number : std::span(arrays.normals, 3 * count))
-      mesh.normals.push_back(static_cast<float>(number));
+      normals.push_back(static_cast<float>(number));
+  mesh.normals = normals;
   if (arrays.density != nullptr)
     (arrays.density_of_faces != 0 ? mesh.face_attributes : mesh.vertex_attributes)
         .push_back({density_attribute, density_values(arrays)});
+  ContentMesh result;
   if (arrays.content != nullptr)
     std::copy_n(arrays.content, result.content.size(), result.content.begin());
   else
     result.content = content_of(positions, corners);
-  mesh.x.resize(count);
-  mesh.y.resize(count);
-  mesh.z.resize(count);
-  for (std::size_t v = 0; v < count; ++v) {
-    mesh.x[v] = positions[3 * v];
-    mesh.y[v] = positions[3 * v + 1];
-    mesh.z[v] = positions[3 * v + 2];
-  }
-  if (corners.faces > 0) mesh.polygon_begin.resize(corners.faces + 1);
-  for (std::size_t f = 0; f < mesh.polygon_begin.size(); ++f)
-    mesh.polygon_begin[f] = static_cast<std::uint32_t>(f * corners.width);
-  mesh.corners = std::move(corners.number);
+  result.mesh = polygon_mesh_of(mesh);
   return result;
 }
 

@@ -1,5 +1,6 @@
 #include "jobs/python/interface.h"
 
+#include <algorithm>
 #include <exception>
 #include <memory>
 #include <new>
@@ -10,13 +11,13 @@
 #include <vector>
 
 #include "io/archive/model_bytes.h"
+#include "io/digest.h"
 #include "io/json_writer.h"
 #include "io/run_error.h"
 #include "io/table/npy_header.h"
 #include "jobs/cli/usage_error.h"
 #include "jobs/inputs/surface_sources.h"
 #include "jobs/python/array_mesh.h"
-#include "jobs/python/callable_surface.h"
 #include "jobs/python/laboratory_call.h"
 #include "jobs/python/row_text.h"
 #include "jobs/python/sample_options.h"
@@ -36,9 +37,14 @@ namespace {
 
 using namespace meander;
 
+// Ends the work when the function of a surface gives up.
+struct FunctionGaveUp : std::runtime_error {
+  FunctionGaveUp() : std::runtime_error("the function of a surface gave up") {}
+};
+
 struct SamplerObject : meander_object {
   explicit SamplerObject(const char* options)
-      : sampler(std::make_shared<Sampler>(sample_parameters(options))) {}
+      : sampler(std::make_shared<ModelSampler>(sample_parameters(options))) {}
   SharedSampler sampler;
 };
 struct MeshObject : meander_object {
@@ -148,6 +154,13 @@ WorkLimits limits_of(int threads, double timeout) {
   limits.threads = threads;
   if (timeout > 0) limits.timeout = timeout;
   return limits;
+}
+
+SurfaceFunction surface_function(meander_function function, void* context) {
+  return [=](std::span<const double> u, std::span<const double> v, std::span<double> positions) {
+    if (function(context, u.size(), u.data(), v.data(), positions.data()) != 0) throw FunctionGaveUp();
+    require_finite(positions, "the surface's positions");
+  };
 }
 
 template <class Names>
@@ -282,8 +295,16 @@ int meander_sample_function(meander_object* work, meander_function function, voi
                             double timeout) {
   return done([&] {
     const SurfaceSampleParameters parameters = surface_parameters(options, tolerance);
-    const CallableSurface surface(function, context, content);
-    as<WorkObject>(work).work.sample_function(surface, parameters, limits_of(1, timeout));
+    const SurfaceFunction positions = surface_function(function, context);
+    Content named{};
+    if (content != nullptr) {
+      std::copy_n(content, named.size(), named.begin());
+    } else {
+      const std::vector<double> grid = surface_grid(positions);
+      named = sha256(std::as_bytes(std::span(grid)));
+    }
+    as<WorkObject>(work).work.sample_function(FunctionSurface(positions, named), named, parameters,
+                                              limits_of(1, timeout));
   });
 }
 

@@ -6,6 +6,8 @@
 #include <array>
 #include <stdexcept>
 
+#include "kernels/model/model_sampler.h"
+
 namespace meander {
 
 namespace {
@@ -110,15 +112,7 @@ std::vector<double> LaboratoryArguments::column(std::string_view name, std::uint
 
 PolygonMesh LaboratoryArguments::mesh() const {
   if (subject_.mesh) return *subject_.mesh;
-  PolygonMesh mesh;
-  mesh.x = column("vertices", 3, 0);
-  mesh.y = column("vertices", 3, 1);
-  mesh.z = column("vertices", 3, 2);
-  const std::span<const std::uint32_t> faces = numbers("faces", 3);
-  mesh.corners.assign(faces.begin(), faces.end());
-  for (std::size_t corner = 0; corner <= faces.size(); corner += 3)
-    mesh.polygon_begin.push_back(static_cast<std::uint32_t>(corner));
-  return mesh;
+  return polygon_mesh_of({reals("vertices", 3), numbers("faces", 3)});
 }
 
 const Model& LaboratoryArguments::staged() const {

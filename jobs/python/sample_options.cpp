@@ -64,35 +64,18 @@ void take(const Setting<Settings>& setting, const std::string& written, Settings
     problems.push_back(setting.keyword + ": " + problem);
 }
 
-template <class Settings>
-std::string unknown_keyword(const Members& members, std::span<const SettingList<Settings>* const> lists) {
-  for (const auto& member : members)
-    if (std::none_of(lists.begin(), lists.end(),
-                     [&](const auto* list) { return list->with_keyword(member.first) != nullptr; }))
-      return member.first;
-  return "";
-}
-
 // Sets what the members say by keyword. Settings that changed and do not act are problems.
 template <class Settings>
 void take_keywords(const Members& members, std::span<const SettingList<Settings>* const> lists,
                    Settings& settings, std::vector<std::string>& problems) {
-  const Settings defaults = settings;
-  std::vector<const Setting<Settings>*> taken;
-  std::size_t known = 0;
-  for (const SettingList<Settings>* const list : lists)
-    for (const Setting<Settings>& setting : list->items()) {
-      const auto member = setting.keyword.empty() ? members.end() : members.find(setting.keyword);
-      if (member == members.end()) continue;
-      ++known;
-      if (member->second == "null" && !setting.shows_default) continue;
-      take(setting, member->second, settings, problems);
-      taken.push_back(&setting);
-    }
-  if (known < members.size()) throw OptionRefused(unknown_keyword(members, lists));
-  for (const Setting<Settings>* const setting : taken)
-    if (setting->acts && !setting->acts(settings) && setting->value(settings) != setting->value(defaults))
-      problems.push_back(setting->keyword + " " + setting->applies_to);
+  const auto take_member = [&](const Setting<Settings>& setting, const std::string& written) {
+    if (written == "null" && !setting.shows_default) return false;
+    take(setting, written, settings, problems);
+    return true;
+  };
+  const std::string unknown =
+      take_named(lists, &Setting<Settings>::keyword, members, settings, problems, take_member);
+  if (!unknown.empty()) throw OptionRefused(unknown);
 }
 
 void throw_problems(const std::vector<std::string>& problems) {

@@ -9,8 +9,8 @@
 #include <utility>
 
 #include "jobs/inputs/surface_sources.h"
-#include "kernels/core/failure.h"
 #include "kernels/core/parallel.h"
+#include "kernels/data/row_or_failure.h"
 #include "kernels/surface/surface_row.h"
 
 namespace meander {
@@ -44,14 +44,14 @@ void with_threads(int threads, const Work& work) {
   oneapi::tbb::task_arena(threads).execute(work);
 }
 
-bool is_long_work(const Sampler& sampler, const PolygonMesh& mesh) {
+bool is_long_work(const ModelSampler& sampler, const PolygonMesh& mesh) {
   const SampleParameters& p = sampler.parameters();
   const std::size_t spaced = p.sequence == SequenceKind::spaced ? 10 : 1;
   return method_of(p).makes_charts || mesh.corners.size() + spaced * p.samples > long_work;
 }
 
-void sample_all(const Sampler& sampler, SampleQueue& queue, std::size_t tokens, std::optional<double> timeout,
-                const std::atomic<bool>& cancelled) {
+void sample_all(const ModelSampler& sampler, SampleQueue& queue, std::size_t tokens,
+                std::optional<double> timeout, const std::atomic<bool>& cancelled) {
   using oneapi::tbb::filter_mode;
   using Held = std::shared_ptr<SampleQueue::Entry>;
   oneapi::tbb::parallel_pipeline(
@@ -71,26 +71,6 @@ void sample_all(const Sampler& sampler, SampleQueue& queue, std::size_t tokens, 
             mesh.mesh = {};
             queue.put({entry->index, mesh.content, std::move(row)});
           }));
-}
-
-// Throws what a caller must see: an interruption, and what the caller's own function did.
-template <class Work>
-Row row_or_failure(const Work& work) {
-  Row row;
-  try {
-    row = work();
-  } catch (const RunCancelled&) {
-    throw;
-  } catch (const FunctionGaveUp&) {
-    throw;
-  } catch (const std::invalid_argument&) {
-    throw;
-  } catch (...) {
-    Failure failure = current_failure("sample_surface");
-    row.report.status = failure.status;
-    row.report.reason = std::move(failure.reason);
-  }
-  return row;
 }
 
 }  // namespace
@@ -126,7 +106,7 @@ void SamplingWork::sample_surface(const std::string& name, const SurfaceSamplePa
   background_.emplace([this, name, parameters, limits](const std::atomic<bool>& cancelled) {
     with_threads(limits.threads, [&] {
       Content content{};
-      Row row = row_or_failure([&] {
+      Row row = row_or_failure("sample_surface", [&] {
         const SurfaceSource source = open_surface(name);
         content = source.content_sha256;
         return surface_row(*source.surface, meander::sample_surface(*source.surface, parameters,
@@ -137,12 +117,12 @@ void SamplingWork::sample_surface(const std::string& name, const SurfaceSamplePa
   });
 }
 
-void SamplingWork::sample_function(const CallableSurface& surface, const SurfaceSampleParameters& parameters,
-                                   const WorkLimits& limits) {
+void SamplingWork::sample_function(const FunctionSurface& surface, const Content& content,
+                                   const SurfaceSampleParameters& parameters, const WorkLimits& limits) {
   begin();
   // Loops in an arena of one slot stay in this thread.
   with_threads(1, [&] {
-    queue_.put({0, surface.content_sha256(), row_or_failure([&] {
+    queue_.put({0, content, row_or_failure("sample_surface", [&] {
                   return surface_row(surface, meander::sample_surface(surface, parameters,
                                                                       token_of(nullptr, limits.timeout)));
                 })});

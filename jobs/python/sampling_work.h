@@ -11,14 +11,14 @@
 
 #include "jobs/python/array_mesh.h"
 #include "jobs/python/background_work.h"
-#include "jobs/python/callable_surface.h"
 #include "jobs/python/sample_queue.h"
-#include "kernels/model/sampler.h"
+#include "kernels/model/model_sampler.h"
+#include "kernels/surface/function_surface.h"
 #include "kernels/surface/sample_surface.h"
 
 namespace meander {
 
-using SharedSampler = std::shared_ptr<const Sampler>;
+using SharedSampler = std::shared_ptr<const ModelSampler>;
 
 // Seconds that a mesh may take, and threads: 0 for all of the machine.
 struct WorkLimits {
@@ -40,9 +40,9 @@ class SamplingWork {
   // Throws UsageError for a name that there is not.
   void sample_surface(const std::string& name, const SurfaceSampleParameters& parameters,
                       const WorkLimits& limits);
-  // In this thread; throws what the surface throws.
-  void sample_function(const CallableSurface& surface, const SurfaceSampleParameters& parameters,
-                       const WorkLimits& limits);
+  // In this thread, which alone calls the function; throws what the function throws.
+  void sample_function(const FunctionSurface& surface, const Content& content,
+                       const SurfaceSampleParameters& parameters, const WorkLimits& limits);
   void sample_many(SharedSampler sampler, const WorkLimits& limits);
 
   // Of sample_many: false when there is no room yet.

@@ -170,8 +170,6 @@ PlannedStore planned_store(RunPlan plan, const std::vector<PlanItem>& items, con
     if (at != items.end() && at->id == id) item = *at;
     item.row = row;
     item.id = id;
-    item.label = header.labels[row];
-    item.split = header.split(row);
     while (next_old < old_rows && store->id(next_old) < id) ++next_old;
     if (next_old == old_rows || store->id(next_old) != id) continue;
     const bool again =

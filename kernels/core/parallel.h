@@ -14,7 +14,7 @@
 #include <span>
 #include <vector>
 
-#include "kernels/core/thread_handoff.h"
+#include "kernels/core/tsan_annotations.h"
 
 namespace meander {
 
@@ -41,13 +41,13 @@ void parallel_tasks(std::size_t count, const Body& body) {
     if (count == 1) body(std::size_t{0});
     return;
   }
-  const LoopHandoff loop;
+  const TsanLoop loop;
   oneapi::tbb::task_group_context unbound(oneapi::tbb::task_group_context::isolated);
   oneapi::tbb::this_task_arena::isolate([&] {
     oneapi::tbb::parallel_for(
         std::size_t{0}, count,
         [&](std::size_t i) MEANDER_CALLED_BY_TBB {
-          const LoopHandoff::Task task(loop);
+          const TsanLoop::Task task(loop);
           body(i);
         },
         unbound);

@@ -206,6 +206,31 @@ class SettingList {
 // Names of the settings that the user gave.
 using GivenSettings = std::set<std::string, std::less<>>;
 
+// Sets what is given by names: take(setting, value) sets a value, or adds a problem, and returns whether the
+// setting is now given. `name`: the member that names go by, Setting::name or Setting::keyword. Adds a
+// sentence for every setting that was changed and does not act. Returns a name that no setting has, or "".
+template <class Settings, class Given, class Take>
+std::string take_named(std::span<const SettingList<Settings>* const> lists,
+                       std::string Setting<Settings>::*name, const Given& given, const Settings& settings,
+                       std::vector<std::string>& problems, const Take& take) {
+  const Settings defaults = settings;
+  std::vector<const Setting<Settings>*> taken;
+  std::set<std::string_view> known;
+  for (const SettingList<Settings>* const list : lists)
+    for (const Setting<Settings>& setting : list->items()) {
+      const auto found = (setting.*name).empty() ? given.end() : given.find(setting.*name);
+      if (found == given.end()) continue;
+      known.insert(found->first);
+      if (take(setting, found->second)) taken.push_back(&setting);
+    }
+  for (const auto& [other, value] : given)
+    if (!known.contains(other)) return other;
+  for (const Setting<Settings>* const setting : taken)
+    if (setting->acts && !setting->acts(settings) && setting->value(settings) != setting->value(defaults))
+      problems.push_back(setting->*name + " " + setting->applies_to);
+  return "";
+}
+
 // Adds a sentence for every number out of its range.
 template <class Settings>
 void check_ranges(const SettingList<Settings>& list, const Settings& settings,

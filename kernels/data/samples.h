@@ -9,6 +9,7 @@
 
 #include "kernels/core/notes.h"
 #include "kernels/core/status.h"
+#include "kernels/public/samples.h"
 
 namespace meander {
 
@@ -56,56 +57,16 @@ struct AttributeColumn {
   friend bool operator==(const AttributeColumn&, const AttributeColumn&) = default;
 };
 
-inline constexpr std::int32_t no_sample_class = -1;
 // Attributes of these names, behind that of a column, are the numbers of a vector; the first spelling of
 // which a model has all.
 inline constexpr std::array<std::array<const char*, 4>, 2> attribute_suffixes = {
     {{"_0", "_1", "_2", "_3"}, {"_x", "_y", "_z", "_w"}}};
 
-// N points of one model in file order (progressive, or along the curve). Points of a mesh are named by face,
-// corners and barycentric weights, points of a parametric surface by uv; the other arrays stay empty.
-struct Samples {
-  std::vector<float> points;           // N x 3; file coordinates = loc + scale * point
-  std::vector<float> normals;          // N x 3 unit vectors
-  std::vector<std::uint32_t> face;     // N polygon numbers in file order
-  std::vector<std::uint32_t> corners;  // N x 3 vertex numbers of the file
-  std::vector<std::uint32_t>
-      triangle;                    // N triangles of the PreparedMesh; not stored, so empty once read back
-  std::vector<float> barycentric;  // N x 2 weights of corners 1 and 2
-  std::vector<float> uv;           // N x 2 parameters in [0, 1]
-  std::vector<std::uint32_t> curve_rank;  // N positions along the curve, a permutation of 0 .. N - 1
-  std::vector<float> density;             // N density values at the samples
-  std::vector<float> tensor_direction;  // N x 3 unit vectors along the long spacing; anisotropic samples only
-  std::vector<float> tensor_spacing;    // N x 2 wanted spacings along and across it, in units of the points
-  std::vector<std::uint8_t> rgb;  // N x 3 red, green, blue as displayed (sRGB); samples with colours only
-  std::vector<float> texcoord;    // N x 2 texture coordinates, NaN where there are none; if asked for
-  std::vector<std::vector<float>> attributes;  // those asked for, in their order: N x width, NaN as above
-  // The same of columns of classes, whose place in `attributes` stays empty; no_sample_class where there is
-  // none. Each list ends with its last column.
-  std::vector<std::vector<std::int32_t>> classes;
-
-  std::size_t count() const { return points.size() / 3; }
-};
-
-// One row of /items: everything known about an input, whatever its status. Lengths in file units.
-struct ItemReport {
-  Status status = Status::internal;
-  std::string reason;            // empty when ok
-  Method method = Method::none;  // the weakest method that any component of positive area needed
-  OrderReason order_reason = OrderReason::as_asked;  // why it was needed
-  std::uint64_t vertices = 0, faces = 0;             // of the file
-  std::uint32_t components = 0, genus = 0, boundaries = 0;
-  double area = 0, measure = 0;  // area; area x density; NaN-free, 0 when unknown
-  std::array<double, 6> bbox{};  // min x, y, z, max x, y, z
-  std::array<double, 3> loc{};   // file coordinates = loc + scale * point
-  double scale = 1;
-  std::uint32_t flips = 0;
-  double overlap = 0, area_scale_range = 1;  // area-weighted share; the largest over all charts
-  double distortion = 1;                     // area-weighted mean of sigma1/sigma2 over all charts
-  RepairCounts repairs;
+// One row of /items: everything known about an input, whatever its status.
+struct ItemReport : SampleReport {
   std::array<std::uint32_t, note_count> notes{};  // how many of each kind (core/notes.h),
   std::string note_text;                          // and what they say (text_of)
-  std::uint64_t file_bytes = 0;  // length of the input; 0 when it was not read
+  std::uint64_t file_bytes = 0;                   // length of the input; 0 when it was not read
   std::array<std::uint8_t, 32> content_sha256{};
   ColorSource color_source = ColorSource::none;  // this and the next two: of samples with colours only
   std::uint32_t color_fills = 0;                 // samples without a colour, which have the fill
@@ -118,16 +79,9 @@ struct ItemReport {
   std::uint32_t names_bytes = 0;    // length of Row::names as it is stored; 0 unless ok
 };
 
-// One descriptor of one model.
-struct DescriptorRow {
-  std::string name;
-  std::vector<float> values;
-};
-
 // One row of the store.
 struct Row {
   ItemReport report;
-  std::int32_t label = -1;
   Samples samples;  // empty arrays unless status is ok
   std::vector<DescriptorRow> descriptors;
   std::string names = {};  // see PolygonMesh::names; of a row that is ok

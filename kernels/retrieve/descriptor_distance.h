@@ -1,4 +1,4 @@
-// Distances between descriptors (histograms, moments), one row of numbers per model.
+// Distances between the descriptors of a whole base, one row of numbers per model.
 #pragma once
 
 #include <cstddef>
@@ -9,21 +9,9 @@
 #include <vector>
 
 #include "kernels/core/instruction_set.h"
+#include "kernels/public/descriptors.h"
 
 namespace meander {
-
-// The distance of rows a and b of B numbers:
-//   l1      sum |a - b|: twice the total variation of histograms of sum 1
-//   l2      sqrt(sum (a - b)^2)
-//   emd     sum |A - B| over the running sums A, B: the earth mover's distance in one dimension, in bins, of
-//           rows of equal sum (Vallender 1974; Rubner, Tomasi and Guibas 2000). Running sums of other rows
-//           are compared too, so that it stays a metric.
-//   chi2    1/2 sum (a - b)^2 / (|a| + |b|), without bins that are zero in both; not a metric (its root is
-//           one for rows that are not negative)
-//   cosine  1 - cos(angle between a and b); not a metric. A row of zeros has distance 1/2 from every other
-//           row, and 0 from rows of zeros.
-// All are symmetric and exactly zero between equal rows.
-enum class DistanceKind : std::uint8_t { l1, l2, emd, chi2, cosine };
 
 // One descriptor of a whole base: `rows` x `width` numbers, row by row.
 struct DescriptorBlock {

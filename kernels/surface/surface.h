@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "kernels/core/vector3.h"
+#include "kernels/public/surface.h"
 
 namespace meander {
 
@@ -69,16 +70,8 @@ class PointwiseSurface : public ParametricSurface {
   }
 };
 
-// The analytic surfaces, all differentiated automatically:
-//   plane            the unit square
-//   sphere           radius 1; u longitude, v from the north to the south pole
-//   torus            radii 1 and 0.5; u around the axis, v around the tube
-//   eight            (cos a sin 2b, sin a sin 2b, sin b), a in [0, 2 pi], b in [-pi/2, pi/2]: pinched at 0
-//   monkey-saddle    z = x^3 - 3 x y^2 over [-1, 1]^2
-//   klein-bottle     the figure-8 immersion, radius 2
-//   stretched-plane  the unit square with x = u^8: extreme stretch in u
-// Null for an unknown name.
+// The analytic surface of that name, differentiated automatically; null for a name that surface_names()
+// lacks.
 std::unique_ptr<ParametricSurface> make_surface(std::string_view name);
-std::span<const std::string_view> surface_names();
 
 }  // namespace meander

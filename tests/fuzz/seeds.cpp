@@ -256,7 +256,6 @@ std::vector<std::string> journal_seeds() {
     header.compression = compression;
     Row row;
     row.report.status = Status::ok;
-    row.label = 0;
     row.descriptors = {{"d2", {1, 2, 3, 4}}};
     row.samples.points.assign(3 * std::size_t{samples}, 0.5F);
     row.samples.normals.assign(3 * std::size_t{samples}, 0.0F);

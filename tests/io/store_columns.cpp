@@ -282,7 +282,7 @@ TEST_CASE("columns: the names of classes are read back, whatever the shape of th
         CopiedRow copied = reader.copy_row(row);
         CHECK((copied.row.names == made.names));
         if (samples > 10000 && made.report.status == Status::ok) {  // as rows of very many samples are
-          copied.row = {reader.report(row), reader.label(row), {}, {}, reader.names(row)};
+          copied.row = {reader.report(row), {}, {}, reader.names(row)};
           copied.blocks = [&, row](std::uint64_t begin, std::uint64_t end) {
             return reader.read_samples(row, begin, end);
           };

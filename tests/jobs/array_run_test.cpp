@@ -392,7 +392,7 @@ TEST_CASE("array: packs with an index are one store") {
       const Row here = store.read_row(row), there = whole.read_row(row);
       CHECK(store.id(row) == whole.id(row));
       CHECK(store.find(whole.id(row)) == row);
-      CHECK(here.label == there.label);
+      CHECK(store.label(row) == whole.label(row));
       CHECK(here.report.status == there.report.status);
       CHECK(here.report.reason == there.report.reason);
       CHECK(here.samples.points == there.samples.points);

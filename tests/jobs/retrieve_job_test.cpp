@@ -86,7 +86,6 @@ void write_items(const std::filesystem::path& store, const Written& written) {
       row.report.status = rows[i].status;
       row.report.reason = "made so";
     }
-    row.label = header.labels[i];
     run.begin_item(i);
     run.end_item(encode_row(header, i, row));
   }

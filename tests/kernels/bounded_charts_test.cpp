@@ -13,7 +13,7 @@
 #include "kernels/flatten/mean_value.h"
 #include "kernels/mesh/prepare_mesh.h"
 #include "kernels/model/model.h"
-#include "kernels/model/sampler.h"
+#include "kernels/model/model_sampler.h"
 #include "kernels/solve/sparse_cholesky.h"
 #include "support/catch.h"
 #include "support/test_meshes.h"

@@ -1,7 +1,7 @@
 // Embree without memory: its functions are replaced by ones that fail on demand.
 #include <dlfcn.h>
 
-#include "kernels/model/sampler.h"
+#include "kernels/model/model_sampler.h"
 #include "kernels/rays/embree_adapter.h"
 #include "kernels/rays/embree_locator.h"
 #include "support/catch.h"
@@ -28,7 +28,7 @@ Row sampled() {
     positions.insert(positions.end(), {mesh.x[v], mesh.y[v], mesh.z[v]});
   SampleParameters parameters = parameters_for("conformal");
   parameters.samples = 64;
-  return Sampler(parameters).sample(positions, triangles_of(mesh));
+  return ModelSampler(parameters).sample(polygon_mesh_of({positions, triangles_of(mesh)}));
 }
 
 }  // namespace
@@ -53,7 +53,7 @@ RTCError rtcGetDeviceError(RTCDevice device) {
 
 }  // extern "C"
 
-TEST_CASE("Embree out of memory: a scene is the status of its model, a device the error of the Sampler") {
+TEST_CASE("Embree out of memory: a scene is the status of its model, a device the error of the sampler") {
   CHECK(sampled().report.status == Status::ok);
   fails = Fails::commit;
   const Row row = sampled();
@@ -66,7 +66,7 @@ TEST_CASE("Embree out of memory: a scene is the status of its model, a device th
   fails = Fails::device;
   try {
     sampled();
-    FAIL("a Sampler without a device");
+    FAIL("a sampler without a device");
   } catch (const ItemError& error) {
     CHECK(error.status() == Status::out_of_memory);
     CHECK(std::string(error.what()).find("Embree") != std::string::npos);

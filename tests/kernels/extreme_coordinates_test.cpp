@@ -7,7 +7,7 @@
 
 #include "kernels/analyse/certify_samples.h"
 #include "kernels/mesh/prepare_mesh.h"
-#include "kernels/model/sampler.h"
+#include "kernels/model/model_sampler.h"
 #include "support/catch.h"
 #include "support/sanitized.h"
 #include "support/test_meshes.h"
@@ -48,7 +48,7 @@ Row sampled(const PolygonMesh& mesh, const SampleParameters& parameters) {
   std::vector<double> positions;
   for (std::size_t v = 0; v < mesh.vertex_count(); ++v)
     positions.insert(positions.end(), {mesh.x[v], mesh.y[v], mesh.z[v]});
-  Row row = Sampler(parameters).sample(positions, triangles_of(mesh));
+  Row row = ModelSampler(parameters).sample(polygon_mesh_of({positions, triangles_of(mesh)}));
   if (row.report.status == Status::ok && certificate_problems(parameters).empty())
     certify_samples(row, prepare_mesh(mesh, {}), {});
   return row;

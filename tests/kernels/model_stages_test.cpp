@@ -1,4 +1,4 @@
-// The lists of stages, and the Sampler that runs them.
+// The lists of stages, and the ModelSampler that runs them.
 #include <algorithm>
 #include <array>
 #include <atomic>
@@ -10,7 +10,7 @@
 #include "kernels/density/density.h"
 #include "kernels/mesh/prepare_mesh.h"
 #include "kernels/model/model.h"
-#include "kernels/model/sampler.h"
+#include "kernels/model/model_sampler.h"
 #include "support/catch.h"
 #include "support/test_meshes.h"
 #include "support/threads.h"
@@ -103,9 +103,9 @@ TEST_CASE("Stages: mesh and masses are made once a model, by every method") {
   const PolygonMesh mesh = test::torus(40, 20);
   for (const SamplingMethod& method : sampling_methods) {
     INFO(method.text);
-    const Sampler sampler(small(method.text));
+    const ModelSampler sampler(small(method.text));
     prepared = measured = 0;
-    const Row row = sampler.sample(positions_of(mesh), mesh.corners);
+    const Row row = sampler.sample(mesh);
     REQUIRE(row.report.status == Status::ok);
     CHECK(prepared == 1);
     CHECK(measured == 1);
@@ -127,7 +127,7 @@ TEST_CASE("Stages: a charted model sampled again equals one sampled from the sta
       Model again = charted;
       again.key = make_random_key(seed, {});
       run_stages(placing_stages(parameters, &device), again);
-      CHECK(same_samples(again.row, Sampler(parameters).sample(positions_of(mesh), mesh.corners)));
+      CHECK(same_samples(again.row, ModelSampler(parameters).sample(mesh)));
     }
   }
 }
@@ -217,9 +217,9 @@ TEST_CASE("Stages: without topology a consistent surface gets the same samples, 
     INFO(method);
     SampleParameters parameters = parameters_for(method);
     parameters.samples = 500;
-    const Row full = Sampler(parameters).sample(positions_of(mesh), mesh.corners);
+    const Row full = ModelSampler(parameters).sample(mesh);
     parameters.topology = false;
-    const Row bare = Sampler(parameters).sample(positions_of(mesh), mesh.corners);
+    const Row bare = ModelSampler(parameters).sample(mesh);
     REQUIRE(bare.report.status == Status::ok);
     CHECK(same_samples(full, bare));
     CHECK(bare.samples.normals == full.samples.normals);
@@ -239,7 +239,7 @@ TEST_CASE("Stages: without topology normals follow the winding of the file") {
   SampleParameters parameters = parameters_for("direct");
   parameters.samples = 400;
   parameters.topology = false;
-  const Row row = Sampler(parameters).sample(positions_of(mesh), mesh.corners);
+  const Row row = ModelSampler(parameters).sample(mesh);
   REQUIRE(row.report.status == Status::ok);
   CHECK(row.report.repairs[Repair::flipped_faces] == 0);
   for (std::size_t i = 0; i < 400; ++i) {
@@ -257,7 +257,7 @@ TEST_CASE("locate_on_mesh: samples taken without topology lie where they were on
   SampleParameters parameters = parameters_for("direct");
   parameters.samples = 400;
   parameters.topology = false;
-  Row row = Sampler(parameters).sample(positions_of(mesh), mesh.corners);
+  Row row = ModelSampler(parameters).sample(mesh);
   REQUIRE(row.report.status == Status::ok);
   const PreparedMesh full = prepare_mesh(mesh);
   REQUIRE(full.repairs[Repair::flipped_faces] > 0);
@@ -299,16 +299,15 @@ TEST_CASE("SampleParameters: what needs the topology is refused without it") {
         }) == 2);
 }
 
-TEST_CASE("Sampler: one object serves many threads, with the same samples as one thread") {
-  const Sampler sampler(small("conformal"));
+TEST_CASE("ModelSampler: one object serves many threads, with the same samples as one thread") {
+  const ModelSampler sampler(small("conformal"));
   std::vector<PolygonMesh> meshes;
   for (int i = 0; i < 8; ++i) meshes.push_back(test::torus(20 + i, 10));
   std::vector<Row> alone, together(meshes.size());
-  for (const PolygonMesh& mesh : meshes) alone.push_back(sampler.sample(positions_of(mesh), mesh.corners));
+  for (const PolygonMesh& mesh : meshes) alone.push_back(sampler.sample(mesh));
   std::vector<std::thread> threads;
   for (std::size_t i = 0; i < meshes.size(); ++i)
-    threads.emplace_back(
-        [&, i] { together[i] = sampler.sample(positions_of(meshes[i]), meshes[i].corners); });
+    threads.emplace_back([&, i] { together[i] = sampler.sample(meshes[i]); });
   for (std::thread& thread : threads) thread.join();
   for (std::size_t i = 0; i < meshes.size(); ++i) {
     REQUIRE(together[i].report.status == Status::ok);
@@ -317,14 +316,14 @@ TEST_CASE("Sampler: one object serves many threads, with the same samples as one
   }
 }
 
-TEST_CASE("Sampler: a mesh with polygons and attributes is sampled as it is") {
+TEST_CASE("ModelSampler: a mesh with polygons and attributes is sampled as it is") {
   PolygonMesh mesh = test::cube();
   mesh.face_attributes.push_back({"wanted", {0, 1, 0, 0, 3, 0}});
   SampleParameters parameters = parameters_for("auto");
   parameters.samples = 512;
   parameters.density.kind = DensityKind::face_attribute;
   parameters.density.attribute = "wanted";
-  const Row row = Sampler(parameters).sample(mesh);
+  const Row row = ModelSampler(parameters).sample(mesh);
   REQUIRE(row.report.status == Status::ok);
   CHECK(row.report.faces == 6);
   std::array<std::uint32_t, 6> count{};
@@ -334,33 +333,33 @@ TEST_CASE("Sampler: a mesh with polygons and attributes is sampled as it is") {
   // Triangles alone: the samples of the arrays. The content keys both.
   const PolygonMesh plain = test::torus(20, 10);
   parameters.density = {};
-  const Sampler sampler(parameters);
+  const ModelSampler sampler(parameters);
   const std::array<std::uint8_t, 16> content = {7};
   const Row of_mesh = sampler.sample(plain, content);
-  CHECK(same_samples(of_mesh, sampler.sample(positions_of(plain), plain.corners, content)));
+  CHECK(
+      same_samples(of_mesh, sampler.sample(polygon_mesh_of({positions_of(plain), plain.corners}), content)));
   CHECK_FALSE(of_mesh.samples.points == sampler.sample(plain).samples.points);
 }
 
-TEST_CASE("Sampler: bad arrays and parameters are refused, bad meshes and lack of time are statuses") {
+TEST_CASE("ModelSampler: bad parameters are refused, bad meshes and lack of time are statuses") {
   SampleParameters parameters = parameters_for("direct");
   parameters.jitter = 2;
-  CHECK_THROWS_AS(Sampler(parameters), std::invalid_argument);
-  const Sampler sampler(parameters_for("direct"));
+  CHECK_THROWS_AS(ModelSampler(parameters), std::invalid_argument);
+  const ModelSampler sampler(parameters_for("direct"));
   const std::vector<double> corners = {0, 0, 0, 1, 0, 0, 2, 0, 0};
-  const std::vector<std::uint32_t> face = {0, 1, 2}, two = {0, 1}, outside = {0, 1, 7};
-  CHECK_THROWS_AS(sampler.sample(corners, two), std::invalid_argument);
-  const Row flat = sampler.sample(corners, face);
+  const std::vector<std::uint32_t> face = {0, 1, 2}, outside = {0, 1, 7};
+  const Row flat = sampler.sample(polygon_mesh_of({corners, face}));
   CHECK(flat.report.status == Status::zero_area);
   CHECK_FALSE(flat.report.reason.empty());
   CHECK(flat.samples.count() == 0);
-  CHECK(sampler.sample(corners, outside).report.status == Status::index_out_of_range);
+  CHECK(sampler.sample(polygon_mesh_of({corners, outside})).report.status == Status::index_out_of_range);
 
   const PolygonMesh mesh = test::icosphere(5);
   CancelToken late;
   late.deadline = std::chrono::steady_clock::now() - std::chrono::seconds(1);
-  CHECK(sampler.sample(positions_of(mesh), mesh.corners, {}, late).report.status == Status::timeout);
+  CHECK(sampler.sample(mesh, {}, late).report.status == Status::timeout);
   std::atomic<bool> stop{true};
   CancelToken stopped;
   stopped.cancelled = &stop;
-  CHECK_THROWS_AS(sampler.sample(positions_of(mesh), mesh.corners, {}, stopped), RunCancelled);
+  CHECK_THROWS_AS(sampler.sample(mesh, {}, stopped), RunCancelled);
 }

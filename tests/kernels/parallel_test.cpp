@@ -71,11 +71,11 @@ TEST_CASE("parallel loops: complete where the work around them is cancelled") {
     };
     {
       // TBB orders what is written here before its tasks, and those before its end.
-      const LoopHandoff loop;
+      const TsanLoop loop;
       oneapi::tbb::parallel_for(
           0, 16,
           [&](int) MEANDER_CALLED_BY_TBB {
-            const LoopHandoff::Task task(loop);
+            const TsanLoop::Task task(loop);
             body();
           },
           around);

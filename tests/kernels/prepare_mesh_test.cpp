@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "kernels/mesh/triangulate_polygon.h"
-#include "kernels/model/sampler.h"
+#include "kernels/public/sampler.h"
 #include "support/catch.h"
 #include "support/sanitized.h"
 #include "support/sparse_memory.h"
@@ -565,8 +565,8 @@ TEST_CASE("Sampler: arrays of more corners than 32 bits can number are refused b
     return;
   }
   const std::vector<double> positions = {0, 0, 0, 1, 0, 0, 0, 1, 0};
-  const Row row =
-      Sampler({}).sample(positions, {reinterpret_cast<const std::uint32_t*>(memory.data()), corners}, {});
+  const SampledModel row =
+      Sampler().sample({positions, {reinterpret_cast<const std::uint32_t*>(memory.data()), corners}});
   CHECK(row.report.status == Status::unsupported_format);
   CHECK(row.report.reason == "4294967298 corners are more than 32 bits can number");
 }

@@ -8,7 +8,7 @@
 #include "kernels/analyse/certify_samples.h"
 #include "kernels/analyse/region_counts.h"
 #include "kernels/analyse/spacing.h"
-#include "kernels/model/sampler.h"
+#include "kernels/model/model_sampler.h"
 #include "kernels/sample/point_frames.h"
 #include "kernels/unit_vector.h"
 #include "support/anisotropic_models.h"
@@ -77,7 +77,7 @@ Row sampled(const PolygonMesh& mesh, const SampleParameters& parameters) {
   std::vector<double> positions;
   for (std::size_t v = 0; v < mesh.vertex_count(); ++v)
     positions.insert(positions.end(), {mesh.x[v], mesh.y[v], mesh.z[v]});
-  return Sampler(parameters).sample(positions, mesh.corners);
+  return ModelSampler(parameters).sample(polygon_mesh_of({positions, mesh.corners}));
 }
 
 // Root mean square of the error over boxes relative to random points.

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "kernels/model/sampler.h"
+#include "kernels/model/model_sampler.h"
 #include "support/catch.h"
 #include "support/test_meshes.h"
 
@@ -17,7 +17,7 @@ constexpr double not_there = std::numeric_limits<double>::quiet_NaN();
 
 Row sampled_row(const PolygonMesh& mesh, SampleParameters parameters = parameters_for("auto")) {
   parameters.samples = 500;
-  Row row = Sampler(parameters).sample(mesh);
+  Row row = ModelSampler(parameters).sample(mesh);
   REQUIRE(row.report.status == Status::ok);
   return row;
 }

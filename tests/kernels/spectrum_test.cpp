@@ -9,7 +9,7 @@
 #include <stdexcept>
 
 #include "kernels/core/random.h"
-#include "kernels/model/sampler.h"
+#include "kernels/model/model_sampler.h"
 #include "support/catch.h"
 #include "support/metric_samples.h"
 #include "support/test_meshes.h"
@@ -223,7 +223,7 @@ TEST_CASE("radial_power: stratified samples along the Hilbert curve have the spe
     parameters.seed = seed;
     parameters.samples = 1024;
     parameters.sequence = SequenceKind::stratified;
-    const Row row = Sampler(parameters).sample(positions, faces);
+    const Row row = ModelSampler(parameters).sample(polygon_mesh_of({positions, faces}));
     PlanarSamples set;
     for (std::size_t i = 0; i < 1024; ++i) {
       set.x.push_back(row.samples.points[3 * i]);

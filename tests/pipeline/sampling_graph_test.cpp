@@ -13,7 +13,7 @@
 #include <thread>
 
 #include "kernels/core/parallel.h"
-#include "kernels/model/sampler.h"
+#include "kernels/model/model_sampler.h"
 #include "support/catch.h"
 #include "support/test_meshes.h"
 
@@ -437,7 +437,7 @@ TEST_CASE("graph: the samples of a large set reach the sink block by block") {
   CHECK(result.failed == 0);
   SampleParameters whole = setup.parameters.sample;
   whole.rows_only = false;
-  CHECK((setup.blocks.points == Sampler(whole).sample(test::torus(24, 12)).samples.points));
+  CHECK((setup.blocks.points == ModelSampler(whole).sample(test::torus(24, 12)).samples.points));
 }
 
 TEST_CASE("graph: a set that cannot be made when it is written fails as an item, the run goes on") {

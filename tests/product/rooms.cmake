@@ -24,7 +24,6 @@ foreach(list ${lists})
     list(APPEND before ${room})
   endforeach()
 endforeach()
-set(kernels_public_knows "${before}")
 
 set(found "")
 foreach(house jobs kernels)

@@ -1,11 +1,10 @@
-#include "jobs/python/callable_surface.h"
+#include "kernels/surface/function_surface.h"
 
 #include <algorithm>
-#include <cmath>
+#include <utility>
 #include <vector>
 
-#include "io/digest.h"
-#include "jobs/python/array_mesh.h"
+#include "kernels/surface/digest_bytes.h"
 
 namespace meander {
 
@@ -39,37 +38,36 @@ struct Places {
 
 }  // namespace
 
-CallableSurface::CallableSurface(meander_function function, void* context, const std::uint8_t* content)
-    : function_(function), context_(context) {
-  if (content != nullptr) {
-    std::copy_n(content, content_.size(), content_.begin());
-    return;
-  }
+std::vector<double> surface_grid(const SurfaceFunction& function) {
   constexpr std::size_t side = 17;
   Places grid;
   for (std::size_t i = 0; i < side * side; ++i)
     grid.add(static_cast<double>(i % side) / (side - 1), static_cast<double>(i / side) / (side - 1));
-  std::vector<Vector3> points(grid.u.size());
-  positions(grid.u, grid.v, points);
-  content_ = sha256(std::as_bytes(std::span(points)));
+  std::vector<double> positions(3 * grid.u.size());
+  function(grid.u, grid.v, positions);
+  return positions;
 }
 
-std::array<std::uint8_t, 16> CallableSurface::content() const {
-  std::array<std::uint8_t, 16> first{};
-  std::copy_n(content_.begin(), first.size(), first.begin());
-  return first;
+FunctionSurface::FunctionSurface(SurfaceFunction function, std::span<const std::uint8_t> content)
+    : function_(std::move(function)) {
+  if (!content.empty()) {
+    std::copy_n(content.begin(), std::min(content.size(), content_.size()), content_.begin());
+    return;
+  }
+  DigestBytes digest;
+  for (const double number : surface_grid(function_)) digest.add(number);
+  content_ = digest.bytes();
 }
 
-void CallableSurface::positions(std::span<const double> u, std::span<const double> v,
+void FunctionSurface::positions(std::span<const double> u, std::span<const double> v,
                                 std::span<Vector3> result) const {
   std::vector<double> triples(3 * u.size());
-  if (function_(context_, u.size(), u.data(), v.data(), triples.data()) != 0) throw FunctionGaveUp();
-  require_finite(triples, "the surface's positions");
+  function_(u, v, triples);
   for (std::size_t i = 0; i < u.size(); ++i)
     result[i] = {triples[3 * i], triples[3 * i + 1], triples[3 * i + 2]};
 }
 
-void CallableSurface::tangents(std::span<const double> u, std::span<const double> v,
+void FunctionSurface::tangents(std::span<const double> u, std::span<const double> v,
                                std::span<SurfaceTangents> result) const {
   Places places;
   for (std::size_t i = 0; i < u.size(); ++i) {
@@ -85,7 +83,7 @@ void CallableSurface::tangents(std::span<const double> u, std::span<const double
   }
 }
 
-void CallableSurface::jets(std::span<const double> u, std::span<const double> v,
+void FunctionSurface::jets(std::span<const double> u, std::span<const double> v,
                            std::span<SurfaceJet> result) const {
   std::vector<SurfaceTangents> first(u.size());
   tangents(u, v, first);

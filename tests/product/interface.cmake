@@ -1,0 +1,16 @@
+# cmake -DROOT=... -P interface.cmake: the headers that are installed are at most six, and include each other and the standard
+# library alone.
+cmake_policy(SET CMP0057 NEW)
+file(GLOB headers RELATIVE ${ROOT}/kernels/public ${ROOT}/kernels/public/*.h)
+list(LENGTH headers count)
+if(NOT "sampler.h" IN_LIST headers OR count GREATER 6)
+  message(FATAL_ERROR "kernels/public has the headers ${headers}")
+endif()
+foreach(header ${headers})
+  file(STRINGS ${ROOT}/kernels/public/${header} includes REGEX "^ *# *include")
+  foreach(include ${includes})
+    if(NOT include MATCHES "^#include (<[a-z_]+>|\"([a-z_]+\\.h)\")$" OR (CMAKE_MATCH_2 AND NOT CMAKE_MATCH_2 IN_LIST headers))
+      message(FATAL_ERROR "kernels/public/${header}: ${include}")
+    endif()
+  endforeach()
+endforeach()
