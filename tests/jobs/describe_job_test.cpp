@@ -106,7 +106,7 @@ TEST_CASE("describe: the same bytes as run --describe, at once and in steps, for
   CHECK(same_bytes(c.path("plain.h5"), c.path("all.h5")));
 }
 
-TEST_CASE("describe: parts of the rows, merged, are what one process makes") {
+TEST_CASE("describe: row ranges, merged, equal the result of one process") {
   const Collection models;
   models.sample("s.h5");
   REQUIRE(models.describe("s.h5", {"-o", models.path("whole.h5"), "--descriptors", "d2,a3"}).exit_code == 0);
@@ -144,7 +144,7 @@ TEST_CASE("describe: parts of the rows, merged, are what one process makes") {
   fails({"--shard", "two", "-o", models.path("t.h5")}, "is not i/n");
 }
 
-TEST_CASE("describe: a missing or changed mesh is a problem of its row alone") {
+TEST_CASE("describe: a missing or changed mesh fails its row alone") {
   const Collection c;
   c.sample("s.h5");
   c.sample("whole.h5", {"--describe", "d2,geodesic"});
@@ -176,7 +176,7 @@ TEST_CASE("describe: a missing or changed mesh is a problem of its row alone") {
   CHECK(contains(query.out, "\"not_finite\":2"));
 }
 
-TEST_CASE("describe: rows that no time is left for are NaN and named, and the store is finished") {
+TEST_CASE("describe: rows that time out are NaN and named, and the store is finished") {
   const Collection c;
   for (const char* descriptors : {"d1,a3", "d2,geodesic"}) {
     c.sample("s.h5", {"--fresh"});
@@ -196,7 +196,7 @@ TEST_CASE("describe: rows that no time is left for are NaN and named, and the st
   }
 }
 
-TEST_CASE("describe: when killed, the old store is whole and the same command continues") {
+TEST_CASE("describe: when killed, the old store is intact and the same command resumes") {
   const Collection c;
   c.sample("s.h5", {"--describe", "a3"});
   c.sample("all.h5", {"--describe", "a3,d2,geodesic", "--geodesic-sources", "0"});
@@ -257,7 +257,7 @@ TEST_CASE("describe: rows that failed before a kill are still listed at the end"
   CHECK(same_bytes(c.path("s.h5"), c.path("made.h5")));
 }
 
-TEST_CASE("describe: a descriptor that a model does not have is named, by run, info and describe") {
+TEST_CASE("describe: a descriptor that a model lacks is named by run, info and describe") {
   const ScratchFolder scratch;
   fs::create_directories(scratch / "in");
   write_mesh(scratch / "in/ball.off", icosphere(3));
@@ -279,7 +279,7 @@ TEST_CASE("describe: a descriptor that a model does not have is named, by run, i
   CHECK(same_bytes(later, both));
 }
 
-TEST_CASE("describe: the parameters say what every descriptor was made with") {
+TEST_CASE("describe: the parameters of every descriptor are recorded") {
   const Collection c;
   c.sample("s.h5", {"--describe", "d2"});
   REQUIRE(c.describe("s.h5", {"--descriptors", "a3,d1", "--bins", "64"}).exit_code == 0);
@@ -407,7 +407,7 @@ TEST_CASE("basics: retrieve scales every value, whatever its range") {
   CHECK(contains(result.out, "\"distance\":2."));  // in deviations, not in thousands
 }
 
-TEST_CASE("export of descriptors: CSV and fbin") {
+TEST_CASE("export of descriptors: CSV and fbin are written") {
   const Collection c;
   c.sample("s.h5", {"--describe", "d2,basics", "--bins", "8", "--label-from-folder"});
   const auto run_export = [&](const std::vector<std::string>& more) {
@@ -480,7 +480,7 @@ TEST_CASE("export of descriptors: neither the store nor anything but a regular f
   CHECK(contains(read_file(c.path("far.csv")), "ball.off"));
 }
 
-TEST_CASE("describe and export: a limit on file sizes is reported, and describe continues") {
+TEST_CASE("describe and export: a file size limit is reported, and describe resumes") {
   const Collection c;
   c.sample("s.h5", {"--describe", "d2", "--bins", "1024"});
   const std::string before = read_file(c.path("s.h5"));
@@ -532,7 +532,7 @@ TEST_CASE("export of descriptors: mistakes are usage errors") {
                  "there are 4 rows to search"));
 }
 
-TEST_CASE("describe: a store of format version 1 becomes one of this version") {
+TEST_CASE("describe: a store of format version 1 becomes one of the current version") {
   const ScratchFolder scratch;
   const fs::path old = fs::path(MEANDER_SOURCE_DIR) / "tests/support/version1_store.h5";
   const std::string store = scratch / "s.h5";

@@ -75,7 +75,7 @@ bool same_samples(const Row& a, const Row& b) {
 
 }  // namespace
 
-TEST_CASE("Stages: every method has its own list, without stages that do nothing") {
+TEST_CASE("stages: every method has its own list, without idle stages") {
   const EmbreeDevice device;
   using Names = std::vector<std::string>;
   CHECK(names_of(parameters_for("direct"), device) ==
@@ -99,7 +99,7 @@ TEST_CASE("Stages: every method has its own list, without stages that do nothing
   CHECK_THROWS_AS(parameters_for("conformall"), std::invalid_argument);
 }
 
-TEST_CASE("Stages: mesh and masses are made once a model, by every method") {
+TEST_CASE("stages: mesh and masses are made once per model, by every method") {
   const PolygonMesh mesh = test::torus(40, 20);
   for (const SamplingMethod& method : sampling_methods) {
     INFO(method.name);
@@ -112,7 +112,7 @@ TEST_CASE("Stages: mesh and masses are made once a model, by every method") {
   }
 }
 
-TEST_CASE("Stages: a charted model sampled again equals one sampled from the start") {
+TEST_CASE("stages: a charted model sampled again equals one sampled from the start") {
   const EmbreeDevice device;
   const PolygonMesh mesh = test::torus(40, 20);
   for (const SamplingMethod& method : sampling_methods) {
@@ -132,7 +132,7 @@ TEST_CASE("Stages: a charted model sampled again equals one sampled from the sta
   }
 }
 
-TEST_CASE("Stages: charts over a coarse mesh, every order and locator, 1, 2 and 8 threads") {
+TEST_CASE("stages: charts over a coarse mesh, every order and locator, 1, 2 and 8 threads") {
   const EmbreeDevice device;
   const PolygonMesh mesh = test::merged(test::torus(60, 40), test::moved(test::icosphere(4), 0.5, 4, 0, 0));
   const auto run = [&](const SampleParameters& parameters, std::size_t threads) {
@@ -168,7 +168,7 @@ TEST_CASE("Stages: charts over a coarse mesh, every order and locator, 1, 2 and 
   CHECK(first_hit.row.samples.count() == 700);
 }
 
-TEST_CASE("Stages: the triangle of a sample is the one that a store names by polygon and corners") {
+TEST_CASE("stages: the triangle of a sample is the one a store names by polygon and corners") {
   const PolygonMesh mesh = test::merged(test::cube(), test::moved(test::icosphere(2), 1, 4, 0, 0));
   for (const SamplingMethod& method : sampling_methods) {
     INFO(method.name);
@@ -183,8 +183,7 @@ TEST_CASE("Stages: the triangle of a sample is the one that a store names by pol
   }
 }
 
-TEST_CASE(
-    "Stages: where only rows are wanted these are the same, and neighbours are freed unless described") {
+TEST_CASE("stages: with rows_only the rows are the same, and adjacency is freed unless described") {
   const PolygonMesh mesh = test::torus(60, 40);
   const EmbreeDevice device;
   for (const SamplingMethod& method : sampling_methods)
@@ -211,7 +210,7 @@ TEST_CASE(
     }
 }
 
-TEST_CASE("Stages: without topology a consistent surface gets the same samples, and no counts") {
+TEST_CASE("stages: without topology a consistent surface gets the same samples, and no counts") {
   const PolygonMesh mesh = test::torus(60, 40);
   for (const char* method : {"auto", "direct"}) {
     INFO(method);
@@ -232,7 +231,7 @@ TEST_CASE("Stages: without topology a consistent surface gets the same samples, 
   }
 }
 
-TEST_CASE("Stages: without topology normals follow the winding of the file") {
+TEST_CASE("stages: without topology normals follow the winding of the file") {
   PolygonMesh mesh = test::icosphere(2);
   for (std::size_t c = 0; c < mesh.corners.size(); c += 6)
     std::swap(mesh.corners[c + 1], mesh.corners[c + 2]);
@@ -250,7 +249,7 @@ TEST_CASE("Stages: without topology normals follow the winding of the file") {
   }
 }
 
-TEST_CASE("locate_on_mesh: samples taken without topology lie where they were on a mesh that turns faces") {
+TEST_CASE("locate_on_mesh: samples taken without topology keep their place on a mesh with flipped faces") {
   PolygonMesh mesh = test::icosphere(2);
   for (std::size_t c = 0; c < mesh.corners.size(); c += 9)
     std::swap(mesh.corners[c + 1], mesh.corners[c + 2]);
@@ -280,7 +279,7 @@ TEST_CASE("locate_on_mesh: samples taken without topology lie where they were on
   CHECK(turned > 50);
 }
 
-TEST_CASE("SampleParameters: what needs the topology is refused without it") {
+TEST_CASE("SampleParameters: options that need topology are refused without it") {
   const auto problems = [](const char* method, const auto& change) {
     SampleParameters parameters = parameters_for(method);
     parameters.topology = false;
@@ -317,7 +316,7 @@ TEST_CASE("Sampler: one object serves many threads, with the same samples as one
   }
 }
 
-TEST_CASE("Sampler: a mesh with polygons and attributes is sampled as it is") {
+TEST_CASE("Sampler: a mesh with polygons and attributes is sampled directly") {
   PolygonMesh mesh = test::cube();
   mesh.face_attributes.push_back({"wanted", {0, 1, 0, 0, 3, 0}});
   SampleParameters parameters = parameters_for("auto");
@@ -341,7 +340,7 @@ TEST_CASE("Sampler: a mesh with polygons and attributes is sampled as it is") {
   CHECK_FALSE(of_mesh.samples.points == sampler.sample(plain).samples.points);
 }
 
-TEST_CASE("Sampler: bad arrays and parameters are refused, bad meshes and lack of time are statuses") {
+TEST_CASE("Sampler: invalid arrays and parameters are refused, bad meshes and timeouts are statuses") {
   SampleParameters parameters = parameters_for("direct");
   parameters.jitter = 2;
   CHECK_THROWS_AS(Sampler(parameters), std::invalid_argument);

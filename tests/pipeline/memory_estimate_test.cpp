@@ -171,7 +171,8 @@ Peak peak_of(const fs::path& path, const Setting& setting, int threads, const Em
   GraphStages stages = sampling_stages(graph.sample, &device);
   if (setting.certify) stages.push_back({"certify_samples", certify});
   if (leaves_sites(parameters))
-    stages.push_back({"write_row", [&](GraphItem& item) { write_blocks(item, place_parameters(parameters), threads); }});
+    stages.push_back(
+        {"write_row", [&](GraphItem& item) { write_blocks(item, place_parameters(parameters), threads); }});
   Peak peak;
   peak.reserved = static_cast<double>(estimate_bytes(peek_mesh(path, plan.format), parameters, threads));
   const std::int64_t before = allocated_bytes();
@@ -230,8 +231,7 @@ void check_models(const std::vector<fs::path>& models, std::uint32_t samples) {
 
 }  // namespace
 
-TEST_CASE(
-    "estimate_bytes: no generated mesh takes more than is reserved, every method, 1, 2 and 16 threads") {
+TEST_CASE("estimate_bytes: no generated mesh exceeds its reservation, every method, 1, 2 and 16 threads") {
   if (!counts_allocations()) {
     WARN("skipped: a sanitizer's malloc is not counted");
     return;
@@ -256,7 +256,7 @@ TEST_CASE(
   check_models({models[0], models[2], models.back()}, 16384);
 }
 
-TEST_CASE("estimate_bytes: fine triangles in a few cells, beside large ones that are split") {
+TEST_CASE("estimate_bytes: fine triangles in few cells beside large split ones stay within the reservation") {
   if (!counts_allocations()) {
     WARN("skipped: a sanitizer's malloc is not counted");
     return;
@@ -281,7 +281,7 @@ TEST_CASE("estimate_bytes: fine triangles in a few cells, beside large ones that
         }
 }
 
-TEST_CASE("estimate_bytes: cells of long needles take no more than is reserved, auto, shifted and spaced") {
+TEST_CASE("estimate_bytes: cells of long needles stay within the reservation, auto, shifted and spaced") {
   if (!counts_allocations()) {
     WARN("skipped: a sanitizer's malloc is not counted");
     return;
@@ -314,8 +314,7 @@ TEST_CASE("estimate_bytes: cells of long needles take no more than is reserved, 
       }
 }
 
-TEST_CASE(
-    "estimate_bytes: models whose triangles are nearly all in one small part take no more than is reserved") {
+TEST_CASE("estimate_bytes: models with most triangles in one small part stay within the reservation") {
   if (!counts_allocations()) {
     WARN("skipped: a sanitizer's malloc is not counted");
     return;
@@ -333,7 +332,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("estimate_bytes: more vertices or triangles never take less, so a bound of them is one of bytes") {
+TEST_CASE("estimate_bytes: never decreases with more vertices or triangles") {
   constexpr std::array<std::uint64_t, 9> counts = {0, 1, 12, 150, 700, 2000, 9000, 120000, 3000000};
   for (const std::uint32_t samples : {1u, 64u, 1024u, 5000u, 100000u, 500000u})
     for (const Setting& setting : settings(samples))
@@ -352,7 +351,7 @@ TEST_CASE("estimate_bytes: more vertices or triangles never take less, so a boun
       }
 }
 
-TEST_CASE("estimate_bytes: a ramp whose chart covers itself fifteen times takes no more than is reserved") {
+TEST_CASE("estimate_bytes: a ramp whose chart overlaps itself fifteen times stays within the reservation") {
   if (!counts_allocations()) {
     WARN("skipped: a sanitizer's malloc is not counted");
     return;
@@ -386,7 +385,7 @@ TEST_CASE("estimate_bytes: a ramp whose chart covers itself fifteen times takes 
     }
 }
 
-TEST_CASE("estimate_bytes: models with attributes and texture coordinates take no more than is reserved") {
+TEST_CASE("estimate_bytes: models with attributes and texture coordinates stay within the reservation") {
   if (!counts_allocations()) {
     WARN("skipped: a sanitizer's malloc is not counted");
     return;
@@ -431,7 +430,7 @@ TEST_CASE("estimate_bytes: models with attributes and texture coordinates take n
   }
 }
 
-TEST_CASE("estimate_bytes: glTF copies, instances and morph targets take no more than is reserved") {
+TEST_CASE("estimate_bytes: glTF copies, instances and morph targets stay within the reservation") {
   if (!counts_allocations()) {
     WARN("skipped: a sanitizer's malloc is not counted");
     return;
@@ -483,7 +482,7 @@ TEST_CASE("estimate_bytes: glTF copies, instances and morph targets take no more
   }
 }
 
-TEST_CASE("estimate_bytes: a small glTF file that states many copies is too large before it is read") {
+TEST_CASE("estimate_bytes: a small glTF file that declares many copies is too large before it is read") {
   GltfFile file;
   file.add_points(gltf_cube_points);
   file.add_indices(gltf_cube_indices);
@@ -497,7 +496,7 @@ TEST_CASE("estimate_bytes: a small glTF file that states many copies is too larg
                                                                                                   << 30);
 }
 
-TEST_CASE("read_mesh: images are reserved for by their headers, before they are decoded") {
+TEST_CASE("read_mesh: memory for images is reserved by their headers, before they are decoded") {
   const ScratchFolder scratch;
   const TestImage image(1500, 1000, [](std::uint32_t x, std::uint32_t y) {
     return std::vector<int>{static_cast<int>(x / 8), static_cast<int>(y / 8), 90};
@@ -557,8 +556,7 @@ TEST_CASE("read_mesh: images are reserved for by their headers, before they are 
   }
 }
 
-TEST_CASE("estimate_bytes: large sets, put in order region by region, take no more than is reserved",
-          "[slow]") {
+TEST_CASE("estimate_bytes: large sets in regions stay within the reservation", "[slow]") {
   if (!counts_allocations()) {
     WARN("skipped: a sanitizer's malloc is not counted");
     return;
@@ -575,7 +573,7 @@ TEST_CASE("estimate_bytes: large sets, put in order region by region, take no mo
   }
 }
 
-TEST_CASE("estimate_bytes: no shared model takes more than is reserved, every method, 1, 2 and 16 threads",
+TEST_CASE("estimate_bytes: no shared model exceeds its reservation, every method, 1, 2 and 16 threads",
           "[slow]") {
   MEANDER_NEEDS_SHARED_DATA();
   if (!counts_allocations()) {
@@ -592,7 +590,7 @@ TEST_CASE("estimate_bytes: no shared model takes more than is reserved, every me
   check_models(models, 2048);
 }
 
-TEST_CASE("estimate_bytes: a million spaced samples take no more than is reserved", "[slow]") {
+TEST_CASE("estimate_bytes: a million spaced samples stay within the reservation", "[slow]") {
   if (!counts_allocations()) {
     WARN("skipped: a sanitizer's malloc is not counted");
     return;
