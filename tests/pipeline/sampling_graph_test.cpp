@@ -262,13 +262,10 @@ TEST_CASE("sampling graph: an item above the budget is too_large, or runs alone 
 TEST_CASE("sampling graph: the deadline of one model does not affect others") {
   Setup setup(12);
   setup.parameters.timeout_seconds = 2;  // more than a loaded machine needs for the others, which do nothing
-  const auto stages = three_stages([](GraphItem& item) {
-    if (item.plan->row != 4) return;
-    for (int i = 0; i < 60000; ++i) {
-      std::this_thread::sleep_for(std::chrono::milliseconds(1));
-      item.model.cancel.check();
-    }
-  });
+  GraphStages stages = three_stages([](GraphItem& item) { item.model.cancel.check(); });
+  stages[0].body = [](GraphItem& item) {
+    if (item.plan->row == 4) item.worked += std::chrono::seconds(3);
+  };
   setup.run(stages);
   CHECK(setup.sink.rows.at(4).report.status == Status::timeout);
   CHECK(setup.sink.rows.at(5).report.status == Status::ok);
@@ -330,18 +327,39 @@ TEST_CASE("sampling graph: no item waits behind later ones, one slow item among 
 }
 
 TEST_CASE("sampling graph: the clock of an item stops while it waits") {
+  using Clock = std::chrono::steady_clock;
   for (const int threads : {1, 2}) {
     Setup setup(80, threads);
     setup.parameters.memory_bytes = 1 << 20;
-    setup.parameters.timeout_seconds = 2;
-    // 80 items of 60 ms each: the run takes longer than the limit, which is 33 times what an item needs, so
-    // that a loaded machine passes too.
-    const auto nap = [](GraphItem&) { std::this_thread::sleep_for(std::chrono::milliseconds(30)); };
+    setup.parameters.timeout_seconds = 3600;
+    std::vector<Clock::time_point> left(80);  // the end of the stage before
+    std::vector<Clock::duration> worked(80);  // when that began
+    std::atomic<int> wrong{0};
+    const auto stage = [&](std::string_view name, const std::function<void(GraphItem&)>& body) -> GraphStage {
+      return {name, [&, body](GraphItem& item) {
+                const std::size_t row = item.plan->row;
+                // The clock was started for this stage, with what the stages before have worked.
+                const Clock::time_point entered = Clock::now(), started = item.model.cancel.deadline -
+                                                                          std::chrono::hours(1) + item.worked;
+                wrong += started > entered || started < std::max(left[row], item.start);
+                wrong += item.worked < worked[row];
+                worked[row] = item.worked;
+                body(item);
+                left[row] = Clock::now();
+                worked[row] += left[row] - entered;
+              }};
+    };
     const GraphStages stages = {
-        {"read_mesh", nap}, {"flatten_chart", nap}, {"place_samples", make_points}, idle("describe_shape")};
-    const GraphResult result = setup.run(stages);
+        stage("read_mesh", [](GraphItem&) {}), stage("flatten_chart", [](GraphItem&) {}),
+        stage("place_samples", make_points), stage("describe_shape", [](GraphItem&) {})};
+    double working = 0;
+    const Clock::time_point begin = Clock::now();
+    const GraphResult result =
+        setup.run(stages, [&](const FinishedItem& item) { working += item.seconds - item.waited_seconds; });
     CHECK(result.written == 80);
-    CHECK(result.failed == 0);
+    CHECK(wrong == 0);
+    // Clocks run only as long as threads work: together no longer than the threads had.
+    CHECK(working <= threads * std::chrono::duration<double>(Clock::now() - begin).count());
   }
 }
 
@@ -349,12 +367,16 @@ TEST_CASE("sampling graph: the time limit covers the work of all stages together
   Setup setup(4, 2);
   setup.parameters.timeout_seconds = 2;  // more than a loaded machine needs for the others, which do nothing
   const auto work = [](GraphItem& item) {
-    if (item.plan->row == 2) std::this_thread::sleep_for(std::chrono::milliseconds(1200));
+    if (item.plan->row == 2) item.worked += std::chrono::milliseconds(1200);
   };
   const GraphStages stages = {
       {"read_mesh", work}, {"flatten_chart", work}, {"place_samples", make_points}, idle("describe_shape")};
-  setup.run(stages);
+  std::string failed_in;
+  setup.run(stages, [&](const FinishedItem& item) {
+    if (item.plan.row == 2) failed_in = item.failed_in;
+  });
   CHECK(setup.sink.rows.at(2).report.status == Status::timeout);
+  CHECK(failed_in == "place_samples");
   CHECK(setup.sink.rows.at(1).report.status == Status::ok);
 }
 
