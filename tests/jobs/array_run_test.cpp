@@ -652,7 +652,7 @@ TEST_CASE("array: the Slurm script runs from another folder with an empty PATH, 
   CHECK(scene.is_as_one_process_makes_it());
 }
 
-TEST_CASE("array: the Kubernetes script runs from another folder with an empty PATH") {
+TEST_CASE("array: the Kubernetes script runs from another folder with an empty PATH", "[release]") {
   const AwkwardScene scene;
   const std::string text = scene.script("kubernetes", 5, 4);
   REQUIRE(tasks_of(text, "completions: ") == 3);
@@ -673,7 +673,7 @@ TEST_CASE("array: the Kubernetes script runs from another folder with an empty P
   CHECK_FALSE(fs::exists(other.string() + ".run"));
 }
 
-TEST_CASE("array: the GNU parallel script runs from another folder with an empty PATH") {
+TEST_CASE("array: the GNU parallel script runs from another folder with an empty PATH", "[release]") {
   if (std::system("parallel --version 2>/dev/null | grep -q GNU") != 0) {
     WARN("skipped: no GNU parallel here");
     return;

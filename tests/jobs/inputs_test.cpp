@@ -758,7 +758,7 @@ TEST_CASE("labels: JSON files of data sets are read") {
   CHECK_THAT(refusal(std::string(1000, '[')), ContainsSubstring("nests deeper"));
 }
 
-TEST_CASE("labels: many ambiguous ids are resolved in little time") {
+TEST_CASE("labels: many ambiguous ids are resolved in little time", "[release]") {
   std::vector<std::string> ids;
   for (int i = 0; i < 20000; ++i)
     ids.push_back("x/" + std::to_string(100000 + i) + "/models/model_normalized.obj");

@@ -167,7 +167,8 @@ TEST_CASE("measure differences: random points on an open mesh with sharp edges a
   for (const double mean : csv_column(scratch / "d.csv", "mean")) CHECK(mean == Approx(1).margin(0.12));
 }
 
-TEST_CASE("measure differences: densities and tensors are compared with their own random sets") {
+TEST_CASE("measure differences: densities and tensors are compared with their own random sets",
+          "[statistics]") {
   const ScratchFolder scratch;
   // Far from the origin, in small units; the inside of the tube is more curved than its outside.
   const std::filesystem::path ring = scratch / "ring.off";
@@ -345,7 +346,8 @@ TEST_CASE("run --certify: every ok row holds the measures of its own samples") {
   CHECK(refused.err.find("uniform density") != std::string::npos);
 }
 
-TEST_CASE("measure and run --certify: spaced samples show by their distance and lower error") {
+TEST_CASE("measure and run --certify: spaced samples show by their distance and lower error",
+          "[statistics]") {
   const ScratchFolder scratch;
   // More triangles than samples need for cells that are cut exactly, whose `shifted` samples do as well.
   write_mesh(scratch / "torus.off", torus(80, 40));

@@ -376,7 +376,7 @@ TEST_CASE("growing store: new models, new descriptors and both give the bytes of
                  R"("descriptors":[{"name":"d2","values":16,"version":1,"made_by":")"));
 }
 
-TEST_CASE("retrieve select: combinations of up to five of eleven histograms are tried") {
+TEST_CASE("retrieve select: combinations of up to five of eleven histograms are tried", "[release]") {
   const Base base;
   base.sample("in", "s.h5",
               {"--describe", "d2,a3,d1,d3,d4,geodesic,pairs,pairs-unsigned,harmonics,views,shapedna"});

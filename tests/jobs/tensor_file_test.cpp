@@ -212,7 +212,8 @@ TEST_CASE("run --tensor file: datasets of an HDF5 file are found by id, and mist
   }
 }
 
-TEST_CASE("run --tensor file: killed and restarted, it ends with the bytes of an undisturbed run") {
+TEST_CASE("run --tensor file: killed and restarted, it ends with the bytes of an undisturbed run",
+          "[release]") {
   const ScratchFolder scratch;
   auto all = write_models(scratch / "in");
   for (std::uint32_t i = 0; i < 8; ++i) {

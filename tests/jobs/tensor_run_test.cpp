@@ -195,7 +195,8 @@ TEST_CASE("run --method anisotropic: every model has the status of a conformal r
   }
 }
 
-TEST_CASE("run --method anisotropic: killed and restarted, it ends with the bytes of an undisturbed run") {
+TEST_CASE("run --method anisotropic: killed and restarted, it ends with the bytes of an undisturbed run",
+          "[release]") {
   const ScratchFolder scratch;
   write_collection(scratch / "in");
   REQUIRE(run_process(command(scratch / "in", scratch / "calm.h5", {"-j", "1"})).exit_code == 3);

@@ -161,7 +161,7 @@ TEST_CASE("laplacian spectrum: sphere, flat tori and rectangle match closed form
                       of_rectangle(1.6, 1)) < 0.02);
 }
 
-TEST_CASE("laplacian spectrum: within 1 % of closed forms at 20,000 vertices") {
+TEST_CASE("laplacian spectrum: within 1 % of closed forms at 20,000 vertices", "[statistics]") {
   if (sanitized) {
     WARN("skipped: too slow with sanitizers; the release build runs it");
     return;

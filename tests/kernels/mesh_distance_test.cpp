@@ -159,7 +159,7 @@ TEST_CASE("mesh_distance: invariant to motion, and scales with the unit") {
   CHECK(doubled.backward.rms == 1024 * plain.backward.rms);
 }
 
-TEST_CASE("mesh_distance: more samples converge, the seed matters little") {
+TEST_CASE("mesh_distance: more samples converge, the seed matters little", "[statistics]") {
   const Surface a(torus(20, 12)), b(icosphere(2, 1.2));
   const double exact = measure(a, b, samples(400000)).forward.mean;
   double worst[2] = {0, 0};

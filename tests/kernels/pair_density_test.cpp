@@ -159,7 +159,7 @@ TEST_CASE("dip_moments: random samples have none, and their signal has unit vari
   CHECK(squares > 0.3);
 }
 
-TEST_CASE("dip_moments: jittered samples of a constant tensor have its ratio and direction") {
+TEST_CASE("dip_moments: jittered samples of a constant tensor have its ratio and direction", "[statistics]") {
   const DifferenceParameters parameters = fine_map();
   constexpr std::size_t n = 4096;
   for (const double ratio : {1.0, 2.0, 4.0, 8.0})
@@ -276,7 +276,7 @@ TEST_CASE("dip_moments: a field of varying ratio, by classes and scale-free", "[
   }
 }
 
-TEST_CASE("dip_moments: hold on a curved surface") {
+TEST_CASE("dip_moments: hold on a curved surface", "[statistics]") {
   DifferenceParameters parameters;
   parameters.range = 2.5;
   parameters.cells = 160;

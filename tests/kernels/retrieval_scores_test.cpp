@@ -153,7 +153,7 @@ TEST_CASE("score_query: agrees with the mean over all orders of the rows") {
   }
 }
 
-TEST_CASE("score_query: agrees with random orders of larger lists, exactly without ties") {
+TEST_CASE("score_query: agrees with random orders of larger lists, exactly without ties", "[statistics]") {
   std::mt19937_64 random(5);
   for (const bool ties : {false, true}) {
     const std::size_t n = 90;

@@ -63,7 +63,7 @@ constexpr SequenceKind spaced = SequenceKind::spaced, shifted = SequenceKind::sh
 
 }  // namespace
 
-TEST_CASE("spaced samples: keep a larger min distance and a lower error than shifted ones") {
+TEST_CASE("spaced samples: keep a larger min distance and a lower error than shifted ones", "[statistics]") {
   // Well above most_typical_triangles: with fewer, the cells of `shifted` are cut exactly, those of `spaced`
   // are not.
   for (const PolygonMesh& mesh : {icosphere(4), torus(68, 40)})
