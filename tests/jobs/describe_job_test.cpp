@@ -12,6 +12,7 @@
 #include "support/catch.h"
 #include "support/meander_program.h"
 #include "support/mesh_files.h"
+#include "support/sanitized.h"
 #include "support/store_rows.h"
 #include "support/test_meshes.h"
 
@@ -110,7 +111,7 @@ TEST_CASE("describe: row ranges, merged, equal the result of one process") {
   const Collection models;
   models.sample("s.h5");
   REQUIRE(models.describe("s.h5", {"-o", models.path("whole.h5"), "--descriptors", "d2,a3"}).exit_code == 0);
-  for (const int shards : {1, 2, 5, 9}) {
+  for (const int shards : thinned<int>(2, {9, 2, 1, 5})) {
     std::vector<std::string> parts;
     for (int i = shards - 1; i >= 0; --i) {
       const std::string part = models.path(("part" + std::to_string(i) + ".h5").c_str());

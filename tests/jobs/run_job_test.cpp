@@ -15,6 +15,7 @@
 #include "support/fault_program.h"
 #include "support/mesh_files.h"
 #include "support/run_process.h"
+#include "support/sanitized.h"
 #include "support/test_meshes.h"
 
 using namespace meander;
@@ -328,35 +329,36 @@ TEST_CASE("run: every option has its line in --help, and --dry-run writes nothin
 TEST_CASE("run: every method, locator, curve, sequence, order, density and frame gives a valid store") {
   const ScratchFolder scratch;
   write_collection(scratch / "in");
-  const std::vector<std::vector<std::string>> variants = {
-      {"--method", "auto"},
-      {"--method", "direct"},
-      {"--method", "direct", "--curve", "balanced"},
-      {"--method", "direct", "--place", "vertex"},
-      {"--method", "conformal", "--curve", "balanced"},
-      {"--method", "conformal", "--curve", "balanced", "--locate", "elements", "--place", "vertex"},
-      {"--method", "conformal", "--locate", "elements"},
-      {"--method", "conformal", "--locate", "first-hit"},
-      {"--method", "conformal", "--place", "vertex"},
-      {"--method", "conformal", "--curve", "peano"},
-      {"--method", "conformal", "--curve", "peano-meander"},
-      {"--place", "vertex"},
-      {"--sequence", "stratified"},
-      {"--sequence", "owen"},
-      {"--sequence", "regular"},
-      {"--sequence", "random"},
-      {"--sequence", "spaced"},
-      {"--sequence", "spaced", "--spacing", "fast", "--order", "curve"},
-      {"--sequence", "spaced", "--spacing", "best", "--method", "direct"},
-      {"--sequence", "spaced", "--method", "conformal", "--density", "mean"},
-      {"--sequence", "spaced", "--method", "anisotropic"},
-      {"--order", "curve"},
-      {"--normalize", "unit-sphere"},
-      {"--normalize", "unit-box"},
-      {"--density", "mean"},
-      {"--density", "gaussian"},
-      {"--density", "max"},
-      {"--compress", "none"}};
+  // With sanitizers without the last, whose code other cases run.
+  const auto variants = thinned<std::vector<std::string>>(
+      20, {{"--method", "direct"},
+           {"--method", "direct", "--curve", "balanced"},
+           {"--method", "direct", "--place", "vertex"},
+           {"--method", "conformal", "--curve", "balanced"},
+           {"--method", "conformal", "--curve", "balanced", "--locate", "elements", "--place", "vertex"},
+           {"--method", "conformal", "--locate", "elements"},
+           {"--method", "conformal", "--locate", "first-hit"},
+           {"--method", "conformal", "--place", "vertex"},
+           {"--method", "conformal", "--curve", "peano"},
+           {"--method", "conformal", "--curve", "peano-meander"},
+           {"--sequence", "owen"},
+           {"--sequence", "regular"},
+           {"--sequence", "spaced"},
+           {"--sequence", "spaced", "--spacing", "fast", "--order", "curve"},
+           {"--sequence", "spaced", "--spacing", "best", "--method", "direct"},
+           {"--sequence", "spaced", "--method", "conformal", "--density", "mean"},
+           {"--sequence", "spaced", "--method", "anisotropic"},
+           {"--order", "curve"},
+           {"--density", "mean"},
+           {"--compress", "none"},
+           {"--method", "auto"},
+           {"--place", "vertex"},
+           {"--sequence", "stratified"},
+           {"--sequence", "random"},
+           {"--normalize", "unit-sphere"},
+           {"--normalize", "unit-box"},
+           {"--density", "gaussian"},
+           {"--density", "max"}});
   for (const auto& variant : variants) {
     const ProcessResult result = run_process(run_command(scratch / "in", scratch / "s.h5", [&] {
       auto more = variant;
