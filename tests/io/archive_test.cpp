@@ -94,7 +94,7 @@ void check_looks(const Archive& archive) {
 
 }  // namespace
 
-TEST_CASE("member_path: without dots and empty parts, what leads out is escaped") {
+TEST_CASE("member_path: removes dots and empty parts, and escapes paths that leave the archive") {
   CHECK(member_path("./a//b/./c.off").path == "a/b/c.off");
   CHECK_FALSE(member_path("a..b/..c").leads_out);
   CHECK(member_path("a/../../b.off").path == "a/%2E%2E/%2E%2E/b.off");
@@ -104,7 +104,7 @@ TEST_CASE("member_path: without dots and empty parts, what leads out is escaped"
   CHECK(member_path("").path.empty());
 }
 
-TEST_CASE("archives are known by their names") {
+TEST_CASE("archives are recognized by their names") {
   CHECK(archive_kind_of("a/X.ZIP") == ArchiveKind::zip);
   CHECK(archive_kind_of("x.tar") == ArchiveKind::tar);
   CHECK(archive_kind_of("x.Tar.GZ") == ArchiveKind::tar_gzip);
@@ -116,7 +116,7 @@ TEST_CASE("archives are known by their names") {
   CHECK(name_without_packing("a.OFF.GZ") == "a.OFF");
 }
 
-TEST_CASE("archives: every kind gives every member, whole and in parts") {
+TEST_CASE("archives: every format yields every member, read whole or in parts") {
   std::vector<ArchiveEntry> entries = {
       entry("a.off", "OFF"), entry("dir/empty.obj", ""),
       entry("dir/" + std::string(90, 'x') + "/" + std::string(80, 'y') + ".ply", "ply"),
@@ -149,7 +149,7 @@ TEST_CASE("archives: every kind gives every member, whole and in parts") {
   }
 }
 
-TEST_CASE("archives: a large .tar.gz is read from its access points, and from fewer of them") {
+TEST_CASE("archives: a large .tar.gz is read from all or only some of its access points") {
   std::vector<ArchiveEntry> entries;
   for (int i = 0; i < 24; ++i)
     entries.push_back(entry("m" + std::to_string(i), text_of(150'000 + 1000u * i, i)));
@@ -170,7 +170,7 @@ TEST_CASE("archives: a large .tar.gz is read from its access points, and from fe
   }
 }
 
-TEST_CASE("archives: a mesh in a .gz file") {
+TEST_CASE("archives: a .gz file with a mesh has one member") {
   const std::string text = text_of(1'200'000);
   for (const std::string& bytes :
        {gzip_bytes(text), gzip_bytes(text.substr(0, 77)) + gzip_bytes(text.substr(77))}) {
@@ -190,7 +190,7 @@ TEST_CASE("archives: a mesh in a .gz file") {
   CHECK_THAT(Written("a.off.gz", "OFF\n0 0 0\n").outcome().front(), ContainsSubstring("unreadable: damaged"));
 }
 
-TEST_CASE("archives: what an archive holds of no use is named") {
+TEST_CASE("archives: members that cannot be used are reported") {
   std::vector<ArchiveEntry> zip;
   for (const char* name :
        {"ok", "secret", "lzma", "crc", "long", "short", "link", "../out", "/out", "twice", "twice"})
@@ -227,7 +227,7 @@ TEST_CASE("archives: what an archive holds of no use is named") {
               "last=z"});
 }
 
-TEST_CASE("archives: a member whose name is none is refused under the name of a dot") {
+TEST_CASE("archives: a member whose name is empty is refused under the name of a dot") {
   const Lines refused = {"ok=a", "%2E unreadable: its name in the archive is no name of a file"};
   for (const char* const name : {"", ".", "./."}) {
     const std::vector<ArchiveEntry> entries = {entry("ok", "a"), entry(name, "b")};
@@ -236,7 +236,7 @@ TEST_CASE("archives: a member whose name is none is refused under the name of a 
   }
 }
 
-TEST_CASE("archives: names of DOS, and a folder of the archive's name that counts once") {
+TEST_CASE("archives: DOS names are converted, and a folder named like the archive is stripped") {
   ArchiveEntry dos = entry("chair\\a.off", "x");
   dos.dos = true;
   CHECK(Written("x.zip", zip_bytes({dos})).outcome() == Lines{"chair/a.off=x"});
@@ -250,7 +250,7 @@ TEST_CASE("archives: names of DOS, and a folder of the archive's name that count
         Lines{"set/a.off=x", "b.off=y"});
 }
 
-TEST_CASE("archives: decompression bombs are refused before memory is taken") {
+TEST_CASE("archives: decompression bombs are refused before memory is allocated") {
   constexpr std::uint64_t size = (std::uint64_t{64} << 20) + 1;
   const std::string zeros(size, '\0');
   const Written zip("x.zip", zip_bytes({entry("bomb.off", zeros), entry("ok.off", "x")}));
@@ -302,7 +302,7 @@ void check_named(const fs::path& path, const Lines& whole) {
 
 }  // namespace
 
-TEST_CASE("archives: cut at every byte, members and problems are named") {
+TEST_CASE("archives: cut at every byte, an archive still yields named members and problems") {
   const std::vector<ArchiveEntry> entries = {entry("a.off", text_of(20)), entry("b/c.off", text_of(50, 2))};
   const ScratchFolder scratch;
   for (const auto& [name, bytes] :
@@ -322,7 +322,7 @@ TEST_CASE("archives: cut at every byte, members and problems are named") {
   }
 }
 
-TEST_CASE("read_tar_headers, read_zip_directory: cut at every byte, nothing is lost in silence") {
+TEST_CASE("read_tar_headers, read_zip_directory: cut at every byte, no member is lost silently") {
   const std::vector<ArchiveEntry> entries = {entry("a.off", text_of(90)), entry("b/c.off", text_of(700, 2))};
   for (const LongNames names : {LongNames::gnu, LongNames::pax}) {
     const std::string bytes = tar_bytes(entries, names);
@@ -351,7 +351,7 @@ TEST_CASE("read_tar_headers, read_zip_directory: cut at every byte, nothing is l
   }
 }
 
-TEST_CASE("read_tar_headers: reads forwards, so that packed archives are unpacked once") {
+TEST_CASE("read_tar_headers: reads forward only, so packed archives are unpacked once") {
   class Forwards final : public ByteSource {
    public:
     explicit Forwards(std::string content) : content_(std::move(content)) {}
@@ -373,7 +373,7 @@ TEST_CASE("read_tar_headers: reads forwards, so that packed archives are unpacke
     CHECK(read_tar_headers(Forwards(tar_bytes(entries, names))).members.size() == 3);
 }
 
-TEST_CASE("archives: with flipped bits, no crash, and no other content under a checksum") {
+TEST_CASE("archives: flipped bits neither crash nor change content under a checksum") {
   const std::vector<ArchiveEntry> entries = {entry("a.off", text_of(20)), entry("b/c.off", text_of(50, 2))};
   const ScratchFolder scratch;
   for (const auto& [name, bytes] :
@@ -405,7 +405,7 @@ TEST_CASE("archives: with flipped bits, no crash, and no other content under a c
   }
 }
 
-TEST_CASE("archives: one that is replaced while it is in use is not read, and paths name members") {
+TEST_CASE("archives: an archive replaced while in use is not read, and paths name members") {
   const ScratchFolder scratch;
   write_file(scratch / "x.zip", zip_bytes({entry("d/a.off", "one")}));
   const Archive archive(scratch / "x.zip");
@@ -419,7 +419,7 @@ TEST_CASE("archives: one that is replaced while it is in use is not read, and pa
   CHECK_THAT(outcome_of(archive).front(), ContainsSubstring("the archive was changed while it was in use"));
 }
 
-TEST_CASE("archives in archives: every kind in every kind gives every member, whole and in parts") {
+TEST_CASE("nested archives: every format in every format yields every member, whole or in parts") {
   const std::vector<ArchiveEntry> entries = {entry("in/a.off", text_of(400)),
                                              entry("in/b.off", text_of(3 << 20, 2)), entry("in/d/c.off", "")};
   const std::pair<const char*, std::string> inner[] = {{"in.zip", zip_bytes(entries)},
@@ -459,7 +459,7 @@ TEST_CASE("archives in archives: every kind in every kind gives every member, wh
   }
 }
 
-TEST_CASE("archives in archives: what cannot be opened is refused with its reason") {
+TEST_CASE("nested archives: one that cannot be opened is refused with its reason") {
   const ScratchFolder scratch;
   const std::string good = zip_bytes({entry("a.off", text_of(3 << 20))});
   std::vector<ArchiveEntry> members(5);
@@ -495,7 +495,7 @@ TEST_CASE("archives in archives: what cannot be opened is refused with its reaso
   CHECK_THAT(outcome_of(opened).front(), ContainsSubstring("the archive was changed while it was in use"));
 }
 
-TEST_CASE("archives in archives: the ratios of a bomb do not multiply") {
+TEST_CASE("nested archives: the ratios of a bomb do not multiply") {
   // Zeros that are packed twice: each time by less than is_bomb allows, together by more.
   const std::string zeros((std::size_t{64} << 20) + 1, '\0');
   std::string inner;
@@ -527,7 +527,7 @@ TEST_CASE("archives in archives: the ratios of a bomb do not multiply") {
   CHECK(problem_in("x.tar.gz", gzip_bytes(tar_bytes({plain}), 0)).empty());
 }
 
-TEST_CASE("archives: of very many names that fold to one none is looked for") {
+TEST_CASE("archives: a name that very many members share after case folding is not resolved") {
   std::vector<ArchiveEntry> entries;
   for (unsigned k = 0; k < 4097; ++k) {
     std::string name = "abcdefghijklm.png";
@@ -542,7 +542,7 @@ TEST_CASE("archives: of very many names that fold to one none is looked for") {
   CHECK(Archive(Written("x.zip", zip_bytes(entries)).path()).find_in_any_case(wanted) == 4095u);
 }
 
-TEST_CASE("archives as outputs: members come back as they were written, the same bytes every time") {
+TEST_CASE("archives as outputs: members are read back as written, with the same bytes every time") {
   const std::vector<std::pair<std::string, std::string>> members = {
       {"a.txt", ""},
       {"folder/b.bin", text_of(511)},

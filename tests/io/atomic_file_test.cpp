@@ -26,7 +26,7 @@ std::ptrdiff_t entries(const fs::path& folder) {
 
 }  // namespace
 
-TEST_CASE("replace_file: replaces, also by nothing, and leaves nothing beside it") {
+TEST_CASE("replace_file: replaces a file, also with empty content, and leaves no temporary file") {
   const ScratchFolder folder;
   fs::create_directories(folder / "taken/inside");
   const auto path = folder / "a.csv";
@@ -39,7 +39,7 @@ TEST_CASE("replace_file: replaces, also by nothing, and leaves nothing beside it
   CHECK(entries(folder.path()) == 2);
 }
 
-TEST_CASE("AtomicFile: pieces become one file, but only when it is finished") {
+TEST_CASE("AtomicFile: pieces become one file only when it is finished") {
   const ScratchFolder folder;
   const auto path = folder / "m.bin";
   replace_file(path, "old");
@@ -58,7 +58,7 @@ TEST_CASE("AtomicFile: pieces become one file, but only when it is finished") {
   CHECK_THROWS_AS(AtomicFile(folder / "no/m.bin"), FileError);
 }
 
-TEST_CASE("atomic files: for every writer, a link is followed and a pipe is never replaced") {
+TEST_CASE("atomic files: every writer follows links and never replaces a pipe") {
   const ScratchFolder folder;
   const auto write_all = [](const fs::path& path) {
     return std::vector<std::function<void()>>{[=] { replace_file(path, "text"); },
@@ -80,7 +80,7 @@ TEST_CASE("atomic files: for every writer, a link is followed and a pipe is neve
   CHECK(entries(folder.path()) == 3);
 }
 
-TEST_CASE("content_of_file: all bytes, from a pipe too, a missing file is an error or empty") {
+TEST_CASE("content_of_file: reads all bytes, from pipes too, and a missing file is an error or empty") {
   const ScratchFolder folder;
   const std::string text(100000, 'x');
   replace_file(folder / "long", text);
@@ -94,8 +94,7 @@ TEST_CASE("content_of_file: all bytes, from a pipe too, a missing file is an err
   CHECK_THROWS_AS(content_of_file(folder.path()), FileError);
 }
 
-TEST_CASE(
-    "pending files: what is being written can be removed at any time, and is forgotten once it is done") {
+TEST_CASE("pending files: can be removed while being written, and are forgotten once finished") {
   const ScratchFolder folder;
   {
     const PendingFile first(folder / "a", FullDisk::ends_command);

@@ -51,7 +51,7 @@ std::string png_of_kind(const PngKind& kind,
 
 }  // namespace
 
-TEST_CASE("color_image: PNG of every colour type, interlaced or not, without its alpha") {
+TEST_CASE("color_image: PNG of every color type, interlaced or not, without its alpha") {
   for (const bool interlaced : {false, true}) {
     const auto pixel = [](const ColorImage& image, unsigned x, unsigned y) {
       const std::size_t at = 3 * (y * 13 + x);
@@ -82,7 +82,7 @@ TEST_CASE("color_image: PNG of every colour type, interlaced or not, without its
   }
 }
 
-TEST_CASE("color_image: JPEG of colours, of grey and of inks, baseline and progressive") {
+TEST_CASE("color_image: JPEG in color, gray and CMYK, baseline and progressive") {
   const TestImage image = ramp(50, 37);
   for (const bool progressive : {false, true}) {
     const ColorImage read = decoded(jpeg_bytes(image, {progressive, false, false}));
@@ -100,7 +100,7 @@ TEST_CASE("color_image: JPEG of colours, of grey and of inks, baseline and progr
   }
 }
 
-TEST_CASE("color_image: what is cut, damaged, too large or of another kind has no pixels and a reason") {
+TEST_CASE("color_image: a damaged, oversized or foreign image has no pixels and a reason") {
   const std::string png = png_bytes(ramp(64, 64)), jpeg = jpeg_bytes(ramp(64, 64)),
                     progressive = jpeg_bytes(ramp(64, 64), {true, false, false});
   for (const std::string& whole : {png, jpeg, progressive})
@@ -150,7 +150,7 @@ TEST_CASE("color_image: memory is known from the header") {
   CHECK(memory_of("no image").kept_bytes == 0);
 }
 
-TEST_CASE("color_image: a run that stops is stopped, not an image lost") {
+TEST_CASE("color_image: cancellation stops the decoder and does not count as a lost image") {
   const std::atomic<bool> cancelled{true};
   CancelToken token;
   token.cancelled = &cancelled;

@@ -106,7 +106,7 @@ std::vector<std::string> watch(const std::function<void()>& body) {
 
 }  // namespace
 
-TEST_CASE("atomic files: written, synced, closed, renamed, and the folder synced") {
+TEST_CASE("atomic files: written, synced, closed, renamed, then the folder synced") {
   const ScratchFolder folder;
   for (const Writer& writer : writers()) {
     INFO(writer.name);
@@ -115,7 +115,7 @@ TEST_CASE("atomic files: written, synced, closed, renamed, and the folder synced
   }
 }
 
-TEST_CASE("atomic files: every call that fails is one error with the final name, and the old file stays") {
+TEST_CASE("atomic files: every failing call is one error with the final name, and the old file stays") {
   const ScratchFolder folder;
   const fs::path path = folder / "file";
   for (const Writer& writer : writers())
@@ -139,7 +139,7 @@ TEST_CASE("atomic files: every call that fails is one error with the final name,
       }
 }
 
-TEST_CASE("atomic files: a file of a run stops it on a full disk, anything else makes it unusable") {
+TEST_CASE("atomic files: a full disk stops a run, any other failure makes its file unusable") {
   const ScratchFolder folder;
   for (const auto& [error, kind] :
        {std::pair{ENOSPC, RunError::Kind::stopped}, std::pair{EIO, RunError::Kind::stopped},
@@ -156,7 +156,7 @@ TEST_CASE("atomic files: a file of a run stops it on a full disk, anything else 
   }
 }
 
-TEST_CASE("atomic files: a write that takes less than it was given is continued") {
+TEST_CASE("atomic files: a short write is continued") {
   const ScratchFolder folder;
   faults.short_by = 3;
   CHECK(watch([&] { replace_file(folder / "file", "a text"); }).size() == 6);

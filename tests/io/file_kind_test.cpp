@@ -32,7 +32,7 @@ std::string raw(const std::vector<Number>& values) {
 
 }  // namespace
 
-TEST_CASE("file kind: what this program writes is known again") {
+TEST_CASE("file kind: files that this program writes are recognized") {
   const ScratchFolder scratch;
   {
     StoreHeader header;
@@ -72,7 +72,7 @@ TEST_CASE("file kind: what this program writes is known again") {
   CHECK(kind_of("") == FileKind::empty);
 }
 
-TEST_CASE("file kind: meshes of every format") {
+TEST_CASE("file kind: meshes of every format are recognized") {
   const PolygonMesh mesh = grid_plane(3, 3);
   const auto kind = [&](MeshFile file) { return kind_of(mesh_bytes(mesh, file)); };
   CHECK(kind(MeshFile::off) == mesh_kind(MeshFormat::off));
@@ -87,7 +87,7 @@ TEST_CASE("file kind: meshes of every format") {
   CHECK(kind_of("OFF # comment\n# another\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n") == mesh_kind(MeshFormat::off));
 }
 
-TEST_CASE("file kind: files of other programs are not recognised as our own") {
+TEST_CASE("file kind: files of other programs are not recognized as our own") {
   CHECK(kind_of("import sys, os\nprint(sys.argv, os.name, 1)\n") == FileKind::text);
   CHECK(kind_of("Dear reader,\n\nthis is a letter.\n") == FileKind::text);
   CHECK(kind_of("v for victory, f for fun\nand more\n") == FileKind::text);
@@ -106,7 +106,7 @@ TEST_CASE("file kind: files of other programs are not recognised as our own") {
   CHECK_THROWS_AS(kind_of_file(scratch / "nothing"), RunError);
 }
 
-TEST_CASE("file kind: long files are recognised by their beginning") {
+TEST_CASE("file kind: long files are recognized by their beginning") {
   std::string table = "id,value\n";
   while (table.size() < (std::size_t{1} << 17)) table += "a,1\n";
   CHECK(kind_of(table) == FileKind::csv);

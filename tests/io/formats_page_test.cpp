@@ -262,7 +262,7 @@ std::map<std::string, Check> checks() {
 
 }  // namespace
 
-TEST_CASE("formats: every line of the table of features is what a file with the feature gets") {
+TEST_CASE("formats: every row of the feature table holds for a file with that feature") {
   const std::map<std::string, Check> all = checks();
   std::size_t lines = 0;
   for (const std::vector<std::string>& row : table_below("By format")) {
@@ -284,8 +284,7 @@ TEST_CASE("formats: every line of the table of features is what a file with the 
   CHECK(lines == all.size());
 }
 
-TEST_CASE(
-    "formats: the documents list the kinds of notes and the extensions that the code knows, in its order") {
+TEST_CASE("formats: the page lists the note kinds and extensions of the code, in the same order") {
   std::vector<std::string> kinds;
   for (const std::vector<std::string>& row : table_below("Notes")) kinds.push_back(row[0]);
   std::vector<std::string> known;

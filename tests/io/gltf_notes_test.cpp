@@ -38,7 +38,7 @@ std::string textured(const std::string& textures, const std::string& images,
 
 }  // namespace
 
-TEST_CASE("glTF notes: extensions that change the shape and are not applied, by name, listed or not") {
+TEST_CASE("glTF notes: unapplied extensions that change the shape are named, listed or not") {
   const auto read = [](const std::string& rest, bool colors) {
     const std::string content = cube_file().glb(plain_cube + rest);
     return colors ? read_colored(content) : read_gltf_file(content);
@@ -63,8 +63,7 @@ TEST_CASE("glTF notes: extensions that change the shape and are not applied, by 
   CHECK(example(mesh, Note::feature_ignored).ends_with("are not applied"));
 }
 
-TEST_CASE(
-    "glTF notes: extensions of colours alone where colours are asked for, those that change neither never") {
+TEST_CASE("glTF notes: color extensions are noted only when colors are requested") {
   for (const char* name :
        {"KHR_texture_basisu", "MSFT_texture_dds", "EXT_texture_avif", "KHR_materials_variants",
         "KHR_techniques_webgl", "FB_materials_modmap", "KHR_materials_unheard_of"}) {
@@ -92,7 +91,7 @@ TEST_CASE(
           "unsupported_format: it requires an extension that is not read: KHR_meshopt_compression"));
 }
 
-TEST_CASE("glTF notes: each image that is shown and lost, once, with its kind") {
+TEST_CASE("glTF notes: each visible image that is lost is noted once, with its kind") {
   struct Lost {
     const char* image;
     Note kind;
@@ -127,7 +126,7 @@ TEST_CASE("glTF notes: each image that is shown and lost, once, with its kind") 
   CHECK_FALSE(kept.colors.textures->images[0].is_lost());
 }
 
-TEST_CASE("glTF notes: an image that no triangle shows is not missed") {
+TEST_CASE("glTF notes: a lost image that no triangle shows is not noted") {
   GltfFile file = cube_file();
   const PolygonMesh mesh = read_colored(file.glb(
       plain_cube +
@@ -135,7 +134,8 @@ TEST_CASE("glTF notes: an image that no triangle shows is not missed") {
   CHECK_FALSE(mesh.notes.any());
 }
 
-TEST_CASE("glTF notes: the image of EXT_texture_webp goes first, then the source, then what is not read") {
+TEST_CASE(
+    "glTF notes: EXT_texture_webp takes precedence over the source, and the source over unread formats") {
   const std::string png = R"({"uri":"data:image/png;base64,)" + base64(png_bytes(red)) + "\"}";
   const std::string other = R"({"uri":"data:image/ktx2;base64,)" + base64("\xABKTX 20\xBB\r\n\x1A\n") + "\"}";
   const auto source = [](const char* name, int image) {
@@ -164,7 +164,7 @@ TEST_CASE("glTF notes: the image of EXT_texture_webp goes first, then the source
   }
 }
 
-TEST_CASE("glTF notes: textured triangles without the coordinates that their texture is laid by") {
+TEST_CASE("glTF notes: textured triangles without the texture coordinates they need are noted") {
   const std::string png = R"({"uri":"data:image/png;base64,)" + base64(png_bytes(red)) + "\"}";
   const auto count = [&](const std::string& attributes, const std::string& info) {
     const PolygonMesh mesh = read_colored(textured(R"({"source":0})", png, attributes, info));
@@ -181,7 +181,7 @@ TEST_CASE("glTF notes: textured triangles without the coordinates that their tex
               R"("index":0,"texCoord":0,"extensions":{"KHR_texture_transform":{"texCoord":1}})") == 1);
 }
 
-TEST_CASE("glTF notes: buffers that are not there and not needed, colours and materials that are not") {
+TEST_CASE("glTF notes: missing buffers that are not needed are not noted, missing colors and materials are") {
   const GltfFile file = cube_file();
   std::string content = file.with_data_uri(plain_cube);
   content.insert(content.find("}],\"bufferViews\"") + 1,
@@ -200,7 +200,7 @@ TEST_CASE("glTF notes: buffers that are not there and not needed, colours and ma
   CHECK(example(lost, Note::material_missing) == "there is no material 3");
 }
 
-TEST_CASE("glTF: COLOR_0 is from 0 to 1, clamped, and integers are shares of their largest") {
+TEST_CASE("glTF: COLOR_0 is clamped to 0 to 1, and integers are divided by their max") {
   const auto first = [](const auto& values, int component, const std::string& extra) {
     GltfFile file = cube_file();
     file.add_accessor(file.add_view(values), component, 8, "VEC4", extra);

@@ -15,7 +15,7 @@ using Catch::Matchers::ContainsSubstring;
 
 namespace fs = std::filesystem;
 
-TEST_CASE("glTF: nodes place their meshes, one inside the other, in the order of the scene") {
+TEST_CASE("glTF: nodes place their meshes hierarchically, in scene order") {
   // A quarter turn about z, then along x, of a cube that is twice as long: x to [-1, 0] + 10.
   const std::string turned = fmt::format(
       R"({{"mesh":0,"rotation":[0,0,{0},{0}],"translation":[10,0,0],"scale":[2,1,1],"children":[2]}})",
@@ -47,7 +47,7 @@ TEST_CASE("glTF: nodes place their meshes, one inside the other, in the order of
         Box{0, 3, 0, 1, 0, 1});
 }
 
-TEST_CASE("glTF: the outside stays outside under transforms that mirror") {
+TEST_CASE("glTF: mirroring transforms keep outside and inside") {
   for (const char* scale : {"[-1,1,1]", "[1,-2,1]", "[-1,-1,-1]", "[-1,-1,1]", "[1,1,1]"}) {
     INFO(scale);
     CHECK(signed_volume(read_gltf_file(
@@ -81,7 +81,7 @@ TEST_CASE("glTF: triangles, strips and fans, with indices of every width and wit
   }
 }
 
-TEST_CASE("glTF: points and lines are left out and counted, primitives of a mesh share their vertices") {
+TEST_CASE("glTF: points and lines are skipped and counted, primitives of a mesh share their vertices") {
   const std::string primitives =
       R"(,"meshes":[{"primitives":[{"attributes":{"POSITION":0},"mode":0},{"attributes":{"POSITION":0},"indices":1},
       {"attributes":{"POSITION":0},"mode":1},{"attributes":{},"indices":1},
@@ -98,7 +98,7 @@ TEST_CASE("glTF: points and lines are left out and counted, primitives of a mesh
              ContainsSubstring("empty: the scene holds no triangles"));
 }
 
-TEST_CASE("glTF: sparse, interleaved and quantised accessors") {
+TEST_CASE("glTF: sparse, interleaved and quantized accessors are read") {
   SECTION("sparse, over values and over zeros") {
     GltfFile file;
     const int points = file.add_view(gltf_cube_points),
@@ -153,7 +153,7 @@ TEST_CASE("glTF: sparse, interleaved and quantised accessors") {
   }
 }
 
-TEST_CASE("glTF: buffers in the file, as data and beside it") {
+TEST_CASE("glTF: buffers are read from the file, from data URIs and from other files") {
   const GltfFile file = cube_file();
   const PolygonMesh expected = read_gltf_file(file.glb(plain_cube));
   CHECK(same_mesh(read_gltf_file(file.with_data_uri(plain_cube)), expected));
@@ -199,7 +199,7 @@ TEST_CASE("glTF: buffers in the file, as data and beside it") {
   CHECK_THAT(outcome_beside("b c"), ContainsSubstring("not a regular file"));
 }
 
-TEST_CASE("glTF: the content of a model covers the files that it names") {
+TEST_CASE("glTF: the content hash of a model covers the files it references") {
   const ScratchFolder scratch;
   const GltfFile file = cube_file();
   const auto digest = [&](const char* name) {
@@ -220,7 +220,7 @@ TEST_CASE("glTF: the content of a model covers the files that it names") {
         ModelBytes({scratch / "m.gltf", {}, MeshFormat::gltf}).file_bytes());
 }
 
-TEST_CASE("glTF: so many sets of joints that looking for them would take their square are refused") {
+TEST_CASE("glTF: a number of joint sets whose search would be quadratic is refused") {
   std::string attributes = R"("POSITION":0)";
   for (int set = 0; set < 65; ++set)
     attributes += ",\"JOINTS_" + std::to_string(set) + "\":0,\"WEIGHTS_" + std::to_string(set) + "\":0";
@@ -231,7 +231,7 @@ TEST_CASE("glTF: so many sets of joints that looking for them would take their s
                     Catch::Matchers::ContainsSubstring("more than 64 sets of joints"));
 }
 
-TEST_CASE("glTF: skins in rest pose") {
+TEST_CASE("glTF: skins are applied in rest pose") {
   // Two bones, the second 2 higher and, at rest, 5 to the right; vertices below, above and in between.
   GltfFile file;
   file.add_points({0, 0, 0, 1, 2, 0, 0, 1, 0});

@@ -60,8 +60,7 @@ double seconds_of(const std::function<void()>& work) {
 
 }  // namespace
 
-TEST_CASE(
-    "glTF: instances are drawn where they are, whether the extension is listed or not, and required or not") {
+TEST_CASE("glTF: instances are applied whether or not the extension is listed or required") {
   for (const char* listed : {"", R"(,"extensionsUsed":["EXT_mesh_gpu_instancing"])",
                              R"(,"extensionsRequired":["EXT_mesh_gpu_instancing"])"}) {
     const PolygonMesh mesh = read_gltf_file(instanced(R"("TRANSLATION":2,"SCALE":3)", "", listed));
@@ -76,7 +75,9 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("glTF: each of the three that place instances may be missing, and rotations may be normalized") {
+TEST_CASE(
+    "glTF: translation, rotation and scale of instances are optional, and rotations may be normalized "
+    "integers") {
   CHECK(box_of(read_gltf_file(instanced(R"("TRANSLATION":2)"))) == Box{0, 11, 0, 21, 0, 1});
   CHECK(box_of(read_gltf_file(instanced(R"("SCALE":3)"))) == Box{0, 2, 0, 2, -3, 2});
   for (const int turns : {4, 5, 6}) {
@@ -92,7 +93,7 @@ TEST_CASE("glTF: each of the three that place instances may be missing, and rota
   CHECK(read_gltf_file(instanced("")).polygon_count() == 12);
 }
 
-TEST_CASE("glTF: instances stand inside their node, which may mirror, and its parents") {
+TEST_CASE("glTF: instances are relative to their node, which may mirror, and its parents") {
   const PolygonMesh mesh = read_gltf_file(instanced(R"("TRANSLATION":2,"SCALE":3)", R"(,"scale":[-1,1,1])"));
   CHECK(box_of(mesh) == Box{-12, 0, 0, 21, -3, 2});
   CHECK(signed_volume(mesh) == Approx(12));
@@ -106,7 +107,7 @@ TEST_CASE("glTF: instances stand inside their node, which may mirror, and its pa
   CHECK(box_of(below) == Box{2, 6, 0, 2, 0, 2});
 }
 
-TEST_CASE("glTF: instances whose accessors differ in number or kind make a file unreadable") {
+TEST_CASE("glTF: instance accessors that differ in count or kind make a file unreadable") {
   CHECK_THAT(gltf_outcome(instanced(R"("TRANSLATION":2,"SCALE":7)")),
              ContainsSubstring("unreadable: nodes[0]: its instances are 3 by one accessor and 2 by another"));
   CHECK_THAT(gltf_outcome(instanced(R"("ROTATION":3)")),
@@ -125,7 +126,7 @@ TEST_CASE("glTF: instances whose accessors differ in number or kind make a file 
       ContainsSubstring("empty: the scene holds no triangles"));
 }
 
-TEST_CASE("glTF: copies and instances are counted before memory or time is taken for them") {
+TEST_CASE("glTF: copies and instances are counted before memory or time is spent on them") {
   const auto stated_of = [](const std::string& content) {
     MeshEstimate stated;
     const MeshSurroundings around{{}, [&](const MeshEstimate& needs) {
@@ -187,7 +188,7 @@ TEST_CASE("glTF: a node with two parents is drawn below each, and noted") {
   CHECK_FALSE(read_gltf_file(cube_with_nodes(R"("nodes":[{"children":[1]},{"mesh":0}])")).notes.any());
 }
 
-TEST_CASE("glTF: a node that the scene or a parent names twice stands there once, and is noted") {
+TEST_CASE("glTF: a node listed twice by the scene or a parent is drawn once, and noted") {
   for (const char* nodes : {R"("scenes":[{"nodes":[1,1]}],"nodes":[{},{"mesh":0}])",
                             R"("scenes":[{"nodes":[0]}],"nodes":[{"children":[1,1]},{"mesh":0}])",
                             // Programs list all nodes, not the roots alone.
@@ -207,7 +208,7 @@ TEST_CASE("glTF: a node that the scene or a parent names twice stands there once
           .notes.any());
 }
 
-TEST_CASE("glTF: hidden nodes are not drawn, nor what is below them") {
+TEST_CASE("glTF: hidden nodes and their descendants are not drawn") {
   const auto faces = [](const std::string& visible) {
     return read_gltf_file(
                cube_with_nodes(
@@ -220,7 +221,7 @@ TEST_CASE("glTF: hidden nodes are not drawn, nor what is below them") {
   CHECK(faces("{}") == 36);
 }
 
-TEST_CASE("glTF: morph targets at rest are those of the node's weights, or else of the mesh's") {
+TEST_CASE("glTF: morph targets at rest use the weights of the node, or else of the mesh") {
   GltfFile file = cube_file();
   std::vector<float> up, right;
   for (std::size_t v = 0; v < 8; ++v) {
@@ -266,7 +267,7 @@ TEST_CASE("glTF: morph targets at rest are those of the node's weights, or else 
             .vertex_count() == 8);
 }
 
-TEST_CASE("glTF: morph targets may be sparse, without a base, and of normalized integers") {
+TEST_CASE("glTF: morph targets may be sparse, without a base, and normalized integers") {
   GltfFile file = cube_file();
   const int places = file.add_view(std::vector<std::uint8_t>{4, 5, 6, 7}),
             values = file.add_view(std::vector<float>{0, 0, 3, 0, 0, 3, 0, 0, 3, 0, 0, 3}),
@@ -289,7 +290,7 @@ TEST_CASE("glTF: morph targets may be sparse, without a base, and of normalized 
   CHECK(volume(3) == Approx(1.5));
 }
 
-TEST_CASE("glTF: morph targets move vertices before their skin and their instances do") {
+TEST_CASE("glTF: morph targets are applied before skins and instances") {
   // One joint that turns x to y; the target moves along x.
   GltfFile file;
   file.add_points({0, 0, 0, 1, 0, 0, 0, 1, 0});
@@ -313,7 +314,7 @@ TEST_CASE("glTF: morph targets move vertices before their skin and their instanc
   CHECK(point(copies, 4) == Point{8, 0, 5});
 }
 
-TEST_CASE("glTF: strips and fans begin anew behind the largest index of its type") {
+TEST_CASE("glTF: strips and fans restart after the max index of their type") {
   const auto faces = [](const std::string& mode, const auto& indices) {
     GltfFile file;
     file.add_points({0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0, 0, 2, 0});
@@ -332,7 +333,7 @@ TEST_CASE("glTF: strips and fans begin anew behind the largest index of its type
   CHECK(faces(",\"mode\":5", std::vector<std::uint16_t>{0, 1, 2, 255}) == Faces{{0, 1, 2}, {1, no_index, 2}});
 }
 
-TEST_CASE("glTF: containers and data URIs as programs write them") {
+TEST_CASE("glTF: containers and data URIs as common programs write them are read") {
   const GltfFile file = cube_file();
   const PolygonMesh expected = read_gltf_file(file.glb(plain_cube));
   const auto same = [&](const std::string& content) { return same_mesh(read_gltf_file(content), expected); };
@@ -366,7 +367,7 @@ TEST_CASE("glTF: containers and data URIs as programs write them") {
   }
 }
 
-TEST_CASE("glTF: the shared cases of what is drawn at rest") {
+TEST_CASE("glTF: the shared cases are drawn at rest as expected") {
   const std::filesystem::path cases = std::filesystem::path(MEANDER_SHARED_DATA) / "../cases";
   if (!std::filesystem::exists(cases)) {
     WARN("skipped: there is no " << cases);

@@ -170,7 +170,7 @@ std::vector<Case> odd_buffers() {
 
 }  // namespace
 
-TEST_CASE("glTF: Draco streams") {
+TEST_CASE("glTF: Draco streams decode to the mesh that was encoded") {
   const BentGrid grid(9);
   const std::size_t vertices = grid.points.size() / 3, indices = grid.indices.size();
   const auto expected = triangle_set(plain_grid(grid));
@@ -193,8 +193,7 @@ TEST_CASE("glTF: Draco streams") {
              ContainsSubstring("5 bytes of Draco cannot hold"));
 }
 
-TEST_CASE(
-    "glTF: colours in Draco streams, of floats and of bytes, and what is wrong with them costs no model") {
+TEST_CASE("glTF: Draco colors may be floats or bytes, and invalid colors do not fail the model") {
   const BentGrid grid(9);
   const std::size_t vertices = grid.points.size() / 3, indices = grid.indices.size();
   const auto read = [&](const std::string& stream, const char* type, int component, const char* ids) {
@@ -268,8 +267,7 @@ PolygonMesh draco_cube(int component, bool normalized, bool marked, int method) 
 
 }  // namespace
 
-TEST_CASE(
-    "glTF: integers of Draco streams are fractions where their accessor says so, whatever the stream says") {
+TEST_CASE("glTF: Draco integers are normalized as their accessor says, whatever the stream says") {
   for (const int method : {draco::MESH_SEQUENTIAL_ENCODING, draco::MESH_EDGEBREAKER_ENCODING})
     for (const bool marked : {false, true}) {
       INFO(method << " " << marked);
@@ -283,7 +281,7 @@ TEST_CASE(
     }
 }
 
-TEST_CASE("glTF: coordinates, weights, colours and attributes behind Draco are what they are without it") {
+TEST_CASE("glTF: coordinates, weights, colors and attributes are the same with and without Draco") {
   using Kind = draco::GeometryAttribute;
   std::vector<std::uint16_t> coordinates;
   std::vector<std::uint8_t> joints, weights, colors;
@@ -361,8 +359,7 @@ TEST_CASE("glTF: coordinates, weights, colours and attributes behind Draco are w
   }
 }
 
-TEST_CASE(
-    "glTF: what a primitive keeps beside its Draco stream is read as usual, and its morph targets are") {
+TEST_CASE("glTF: attributes and morph targets outside a Draco stream are read as usual") {
   GltfFile file;
   file.add_view(draco_stream_of({{draco::GeometryAttribute::POSITION, 3, gltf_cube_points}},
                                 gltf_cube_indices, draco::MESH_EDGEBREAKER_ENCODING));
@@ -405,7 +402,7 @@ TEST_CASE(
   CHECK(box_of(swapped) == Box{0, 1, 1, 1, 7, 7});
 }
 
-TEST_CASE("glTF: meshopt streams, normalized and sparse, are the fractions that plain ones are") {
+TEST_CASE("glTF: normalized and sparse meshopt streams give the same fractions as plain accessors") {
   const auto check = [](auto type, int component) {
     using T = decltype(type);
     std::vector<T> rows;  // of four, as views of 8 and 16 bits are padded
@@ -442,7 +439,7 @@ TEST_CASE("glTF: meshopt streams, normalized and sparse, are the fractions that 
   check(std::uint16_t{}, 5123);
 }
 
-TEST_CASE("glTF: meshopt streams") {
+TEST_CASE("glTF: meshopt streams decode to the values that were encoded") {
   const BentGrid grid(9);
   const PolygonMesh expected = plain_grid(grid);
   CHECK(triangle_set(read_gltf_file(meshopt_file(grid))) == triangle_set(expected));
@@ -452,7 +449,7 @@ TEST_CASE("glTF: meshopt streams") {
   check_cuts_and_flips(meshopt_file(BentGrid(4)));
 }
 
-TEST_CASE("glTF: cut and damaged files have a status") {
+TEST_CASE("glTF: truncated and damaged files get a status") {
   check_cuts_and_flips(cube_file().glb(plain_cube));
   const std::string text = cube_file().with_data_uri(plain_cube);
   for (std::size_t bytes = 0; bytes < text.size(); ++bytes)
@@ -462,7 +459,7 @@ TEST_CASE("glTF: cut and damaged files have a status") {
   CHECK(mesh.repairs[Repair::extra_data] == 3);
 }
 
-TEST_CASE("glTF: hostile and odd files have a status and a sentence") {
+TEST_CASE("glTF: hostile and unusual files get a status and a reason") {
   for (const std::vector<Case>& cases : {odd_documents(), odd_buffers()})
     for (const auto& [content, expected] : cases) {
       INFO(content.substr(0, 400));
@@ -471,7 +468,7 @@ TEST_CASE("glTF: hostile and odd files have a status and a sentence") {
     }
 }
 
-TEST_CASE("glTF: what is stated is known before memory is taken") {
+TEST_CASE("glTF: declared sizes are checked before memory is allocated") {
   // A hundred copies of one mesh of a million zeros, in 5 kB.
   std::string nodes = R"({"mesh":0})";
   for (int i = 1; i < 100; ++i) nodes += R"(,{"mesh":0})";
@@ -502,7 +499,7 @@ TEST_CASE("glTF: what is stated is known before memory is taken") {
   }
 }
 
-TEST_CASE("glTF: the models of a distribution package") {
+TEST_CASE("glTF: the models of a distribution package are read") {
   const fs::path folder = "/usr/share/assimp/models";
   if (!fs::exists(folder / "glTF2")) {
     WARN("skipped: the package assimp-testmodels is not installed");
@@ -548,7 +545,7 @@ TEST_CASE("glTF: the models of a distribution package") {
   for (std::size_t k = 0; k < 6; ++k) CHECK(packed_box[k] == Approx(box[k]).margin(0.2));
 }
 
-TEST_CASE("glTF: streams that are damaged at random places", "[slow]") {
+TEST_CASE("glTF: randomly damaged streams give a mesh or a status", "[slow]") {
   const BentGrid grid(9);
   const std::string files[] = {draco_file(draco_stream(grid, draco::MESH_SEQUENTIAL_ENCODING), 81, 384),
                                draco_file(draco_stream(grid, draco::MESH_EDGEBREAKER_ENCODING), 81, 384),

@@ -32,7 +32,7 @@ FigurePage two_figures() {
 
 }  // namespace
 
-TEST_CASE("html_page: well-formed, with images, texts, tables and links") {
+TEST_CASE("html_page: is well-formed, with images, texts, tables and links") {
   const auto elements = XmlReader::read(html_page(two_figures()));
   CHECK(elements[0].name == "html");
   CHECK(named(elements, "title").at(0).text == "Figures & <tables>");
@@ -61,7 +61,7 @@ TEST_CASE("html_page: well-formed, with images, texts, tables and links") {
   CHECK(named(elements, "footer").at(0).text == "done");
 }
 
-TEST_CASE("html_page: no scripts and nothing from elsewhere") {
+TEST_CASE("html_page: has no scripts and loads nothing from elsewhere") {
   const std::string html = html_page(two_figures());
   CHECK(html.find("<script") == std::string::npos);
   CHECK(html.find("@import") == std::string::npos);
@@ -73,7 +73,7 @@ TEST_CASE("html_page: no scripts and nothing from elsewhere") {
   CHECK(html.find("http", address + 1) == std::string::npos);
 }
 
-TEST_CASE("html_page: an empty page is a page") {
+TEST_CASE("html_page: an empty page is valid") {
   const auto elements = XmlReader::read(html_page({}));
   CHECK(named(elements, "h1").size() == 1);
   CHECK(named(elements, "nav").empty());

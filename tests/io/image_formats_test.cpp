@@ -188,8 +188,7 @@ std::vector<NamedFile> all_kinds() {
 
 }  // namespace
 
-TEST_CASE(
-    "image formats: BMP of every number of bits, from below and from above, has the pixels it was made of") {
+TEST_CASE("image formats: BMP of every bit depth, bottom-up and top-down, decodes to its pixels") {
   for (const bool top_down : {false, true})
     for (const std::uint32_t width : {1u, 2u, 3u, 5u, 7u, 8u, 9u, 31u, 33u}) {
       CAPTURE(top_down, width);
@@ -207,7 +206,7 @@ TEST_CASE(
     }
 }
 
-TEST_CASE("image formats: BMP with masks, runs and headers of other lengths has the pixels it was made of") {
+TEST_CASE("image formats: BMP with bit masks, RLE and other header lengths decodes to its pixels") {
   const TestImage many = smooth(23, 9), some = tiles(41, 17);
   check_pixels(bmp_bytes(many, {16, false, false, 40, {0xF800, 0x07E0, 0x001F}}), in_bits(many, {5, 6, 5}));
   check_pixels(bmp_bytes(many, {16, true, false, 40, {0x000F, 0x00F0, 0x0F00}}), in_bits(many, {4, 4, 4}));
@@ -228,7 +227,7 @@ TEST_CASE("image formats: BMP with masks, runs and headers of other lengths has 
     }
 }
 
-TEST_CASE("image formats: runs of BMP may pass over pixels, and need no mark at their end") {
+TEST_CASE("image formats: BMP RLE may skip pixels, and needs no end marker") {
   const TestImage image = tiles(6, 4);
   std::string bytes = bmp_bytes(image, {8, false, true});
   const auto pixels_at = static_cast<std::uint8_t>(bytes[10]);
@@ -255,7 +254,7 @@ TEST_CASE("image formats: runs of BMP may pass over pixels, and need no mark at 
   check_lost(decoded(bytes.substr(0, pixels_at) + "\0\2\7\0\0\1"s), Note::image_unreadable, "beyond");
 }
 
-TEST_CASE("image formats: TGA of every type, depth and corner has the pixels it was made of") {
+TEST_CASE("image formats: TGA of every type, depth and origin decodes to its pixels") {
   const TestImage image = tiles(37, 19), grey(37, 19, [](std::uint32_t x, std::uint32_t y) {
     const int value = static_cast<int>((5 * x + 11 * y) % 256);
     return std::vector<int>{value, value, value};
@@ -301,7 +300,7 @@ TEST_CASE("image formats: TGA of every type, depth and corner has the pixels it 
         }
 }
 
-TEST_CASE("image formats: TGA packets may go on in the next row, and the depth of 15 bits is read") {
+TEST_CASE("image formats: TGA packets may cross rows, and 15-bit depth is read") {
   const TestImage plain = tiles(5, 8, 1);  // 40 pixels of one colour
   const std::string bytes = tga_bytes(plain);
   const std::string whole = with_number(bytes.substr(0, 21), 2, 1, 10) + "\xA7"s + bytes.substr(21, 3);
@@ -311,9 +310,7 @@ TEST_CASE("image formats: TGA packets may go on in the next row, and the depth o
   check_pixels(with_number(tga_bytes(tiles(9, 9), kind), 16, 1, 15), in_bits(tiles(9, 9), {5, 5, 5}));
 }
 
-TEST_CASE(
-    "image formats: GIF, interlaced, with a palette of its own or transparent, has the pixels it was made "
-    "of") {
+TEST_CASE("image formats: GIF, interlaced, with a local palette or transparent, decodes to its pixels") {
   for (const bool interlaced : {false, true})
     for (const bool local : {false, true})
       for (const bool transparent : {false, true})
@@ -334,8 +331,7 @@ TEST_CASE(
   check_pixels(gif_bytes(large), large);
 }
 
-TEST_CASE(
-    "image formats: of GIF and WebP animations the first picture is taken, on the background's colour") {
+TEST_CASE("image formats: GIF and WebP animations give their first frame over the background color") {
   const TestImage image = tiles(21, 13);
   const std::string gif = gif_bytes(image, {true, false, false, 40, 30, 2, 4, 3, 5}),
                     webp = animation({webp_bytes(image), webp_bytes(smooth(21, 13))}, 21, 13);
@@ -357,7 +353,7 @@ TEST_CASE(
   check_pixels(with_number(gif_bytes(image), 6, 4, 0), image);
 }
 
-TEST_CASE("image formats: WebP, lossless, lossy and with alpha") {
+TEST_CASE("image formats: WebP, lossless, lossy and with alpha, decodes to its pixels") {
   for (const TestImage& image : {smooth(61, 47), tiles(61, 47), tiles(200, 130, 200), tiles(64, 64, 2),
                                  tiles(1, 1, 1), smooth(700, 500)})
     for (const bool alpha : {false, true}) {
@@ -385,14 +381,14 @@ TEST_CASE("image formats: WebP, lossless, lossy and with alpha") {
              "size");
 }
 
-TEST_CASE("image formats: an image is told by what it contains") {
+TEST_CASE("image formats: an image is recognized by its content") {
   // decode_color_image knows no names; nor does a file end where its content does.
   const TestImage image = tiles(21, 13);
   for (const std::string& bytes : {webp_bytes(image), gif_bytes(image), bmp_bytes(image), tga_bytes(image)})
     check_pixels(bytes + "and more"s, image);
 }
 
-TEST_CASE("image formats: files cut at any byte are whole images or have a reason, and never a wrong pixel") {
+TEST_CASE("image formats: files cut at any byte give the whole image or a reason, never a wrong pixel") {
   for (const NamedFile& file : all_kinds()) {
     CAPTURE(file.name);
     const ColorImage whole = decoded(file.bytes);
@@ -417,7 +413,7 @@ TEST_CASE("image formats: files cut at any byte are whole images or have a reaso
   }
 }
 
-TEST_CASE("image formats: damaged files have pixels or a reason") {
+TEST_CASE("image formats: damaged files give pixels or a reason") {
   for (const NamedFile& file : all_kinds())
     for (std::size_t at = 0; at < file.bytes.size(); ++at)
       for (const int change : {0x01, 0x80, 0xFF}) {
@@ -434,7 +430,7 @@ TEST_CASE("image formats: damaged files have pixels or a reason") {
       }
 }
 
-TEST_CASE("image formats: sizes beyond the bound, and of nothing, are refused before memory is taken") {
+TEST_CASE("image formats: zero and oversized dimensions are refused before memory is allocated") {
   const TestImage image = tiles(21, 13);
   const std::string bmp = bmp_bytes(image), tga = tga_bytes(image), gif = gif_bytes(image),
                     runs = bmp_bytes(image, {8, false, true});
@@ -470,7 +466,7 @@ TEST_CASE("image formats: sizes beyond the bound, and of nothing, are refused be
   check_lost(decoded(with_number(bmp, 18, 4, 0xFFFFFFFF)), Note::image_unreadable, "negative");
 }
 
-TEST_CASE("image formats: colours that a palette does not have, and what no header says, are named") {
+TEST_CASE("image formats: palette indices out of range and unknown header values are named") {
   const TestImage image = tiles(21, 13);
   const std::string bmp = bmp_bytes(image, {8});
   check_lost(decoded(with_number(bmp, 46, 4, 3)), Note::image_unreadable, "palette does not have");
@@ -491,7 +487,7 @@ TEST_CASE("image formats: colours that a palette does not have, and what no head
              Note::image_unreadable, "side by side");
 }
 
-TEST_CASE("image formats: formats that are not read are named") {
+TEST_CASE("image formats: unsupported formats are named") {
   const auto boxes = [](const std::string& kinds) {
     return "\0\0\0\x1C"s + "ftyp" + kinds + std::string(60, 'x');
   };
@@ -522,7 +518,7 @@ TEST_CASE("image formats: formats that are not read are named") {
   check_lost(decoded(""), Note::image_unreadable, "empty");
 }
 
-TEST_CASE("image formats: damaged files of other kinds are not taken for TGA") {
+TEST_CASE("image formats: damaged files of other formats are not taken for TGA") {
   const TestImage image = tiles(40, 30);
   std::vector<std::string> files = {png_bytes(image), jpeg_bytes(image)};
   for (const NamedFile& file : all_kinds())
@@ -555,7 +551,7 @@ TEST_CASE("image formats: damaged files of other kinds are not taken for TGA") {
     }
 }
 
-TEST_CASE("image formats: decoding takes no more memory than stated") {
+TEST_CASE("image formats: decoding takes no more memory than declared") {
   const TestImage image = smooth(400, 300), few = tiles(400, 300);
   std::vector<NamedFile> files = {{"bmp", bmp_bytes(image)},
                                   {"bmp, runs", bmp_bytes(few, {8, false, true})},
@@ -598,7 +594,7 @@ TEST_CASE("image formats: decoding takes no more memory than stated") {
   }
 }
 
-TEST_CASE("image formats: WebP of many groups of codes takes no more memory than stated, and states it") {
+TEST_CASE("image formats: WebP with many Huffman groups takes no more memory than declared") {
   struct Codes {
     std::uint32_t tiles_side, groups, cache_bits;
     bool each;  // tile names the group of its number; otherwise all name the last one
@@ -648,7 +644,7 @@ TEST_CASE("image formats: WebP of many groups of codes takes no more memory than
   }
 }
 
-TEST_CASE("image formats: a run that stops is stopped, not an image lost") {
+TEST_CASE("image formats: cancellation stops the decoder and does not count as a lost image") {
   const std::atomic<bool> cancelled{true};
   CancelToken token;
   token.cancelled = &cancelled;

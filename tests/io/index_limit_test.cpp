@@ -9,7 +9,7 @@
 using namespace meander;
 using namespace meander::test;
 
-TEST_CASE("count limit: the last number that fits and the first that does not") {
+TEST_CASE("count limit: the largest count that fits is accepted, the next one is refused") {
   CHECK_NOTHROW(check_count(0xFFFFFFFEu, "corners"));
   CHECK_THROWS_WITH(check_count(0xFFFFFFFFu, "corners"),
                     "4294967295 corners are more than 32 bits can number");

@@ -27,14 +27,14 @@ bool is_clean(std::string_view text) {
 
 }  // namespace
 
-TEST_CASE("item id: ordinary names stay as they are") {
+TEST_CASE("item id: ordinary names are unchanged") {
   for (const char* name : {"chair/train/chair_0001.off", "a b (1) [x] {y} 'z'.OBJ", "50%.off", "100%/x.off",
                            "a%20b.off", "%zz %4 %", "%c3%a9.off", "caf\xC3\xA9/\xE6\xA4\x85\xE5\xAD\x90.ply",
                            "\xF0\x9F\xAA\x91.stl", "a\\b\"c.off"})
     CHECK(escape_id(name) == name);
 }
 
-TEST_CASE("item id: what is escaped") {
+TEST_CASE("item id: reserved bytes are escaped") {
   CHECK(escape_id("caf\xE9.off") == "caf%E9.off");
   CHECK(escape_id("a\nb\tc\x7F") == "a%0Ab%09c%7F");
   CHECK(escape_id(std::string("\0", 1)) == "%00");
@@ -44,7 +44,7 @@ TEST_CASE("item id: what is escaped") {
   CHECK(escape_id("%E9 %25 %0A %7F") == "%25E9 %2525 %250A %257F");
 }
 
-TEST_CASE("item id: every name comes back, and no two share an id") {
+TEST_CASE("item id: every name can be recovered, and no two names share an id") {
   std::mt19937_64 random(5);
   // Few different bytes, so that escapes, halves of escapes and sequences are adjacent.
   const std::string bytes = "%%%%2505EFfa/ \n\xC3\xA9\xFF\xC2\x80\x7F";

@@ -24,7 +24,7 @@ std::string refusal(const std::string& text) {
 
 }  // namespace
 
-TEST_CASE("JsonObject: values are given exactly as they are written") {
+TEST_CASE("JsonObject: values are returned exactly as written") {
   const std::vector<std::pair<std::string, std::string>> values = {{"a", "1"},
                                                                    {"b", "-0"},
                                                                    {"c", "1e+300"},
@@ -48,7 +48,7 @@ TEST_CASE("JsonObject: values are given exactly as they are written") {
   CHECK(JsonObject(R"({"a":1,"a":2})", "a.json").members().at("a") == "2");
 }
 
-TEST_CASE("JsonObject: typed access, empty where nothing is, an error with file and name otherwise") {
+TEST_CASE("JsonObject: typed access is empty for a missing member and names file and member on an error") {
   const JsonObject object(
       R"({"text":"caf\u00e9 \" \\ \n","n":-7,"big":9223372036854775807,"over":9223372036854775808,"half":0.5})",
       "a.json");
@@ -63,7 +63,7 @@ TEST_CASE("JsonObject: typed access, empty where nothing is, an error with file 
                       "a.json: \"" + std::string(name) + "\" is not a whole number of 64 bits");
 }
 
-TEST_CASE("JsonObject: what is not one object is refused with the name of the file") {
+TEST_CASE("JsonObject: anything but one object is refused with the name of the file") {
   for (const std::string text :
        {"", " ", "[]", "1", "\"a\"", "null", "{", "{\"a\"}", "{\"a\":}", "{\"a\":1,}", "{\"a\":1}}",
         "{\"a\":1} x", "{a:1}", "{\"a\":nan}", "{\"a\":\"b}"}) {

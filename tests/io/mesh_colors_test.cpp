@@ -48,7 +48,7 @@ CompanionFile library(std::string_view text, std::string problem = {}) {
 
 }  // namespace
 
-TEST_CASE("colours: PLY of bytes and of fractions, of vertices and of faces") {
+TEST_CASE("colors: PLY bytes and fractions, per vertex and per face") {
   const auto ply = [](const char* type, const char* names, const char* rows) {
     return fmt::format(
         "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n{}"
@@ -75,7 +75,7 @@ TEST_CASE("colours: PLY of bytes and of fractions, of vertices and of faces") {
   CHECK(same(large.colors.face, {0, 0, 1}));
 }
 
-TEST_CASE("colours: OFF with colours of vertices, of faces, and rows without any") {
+TEST_CASE("colors: OFF per vertex, per face, and rows without colors") {
   const PolygonMesh mesh = read_text(
       "COFF\n4 3 0\n0 0 0 255 0 51 255\n1 0 0 0 255 0 255\n0 1 0 0 0 255 255\n1 1 0\n3 0 1 2 0.5 0.25 1\n"
       "3 0 1 2 7\n3 1 2 3\n",
@@ -88,7 +88,7 @@ TEST_CASE("colours: OFF with colours of vertices, of faces, and rows without any
   CHECK(plain.colors.face.empty());
 }
 
-TEST_CASE("colours: binary OFF with colours of vertices and of faces, in both byte orders") {
+TEST_CASE("colors: binary OFF per vertex and per face, in both byte orders") {
   for (const bool swapped : {false, true}) {
     std::string text = "CNOFF BINARY\n";
     const auto put = [&](auto value) {
@@ -130,7 +130,7 @@ TEST_CASE("colours: binary OFF with colours of vertices and of faces, in both by
   }
 }
 
-TEST_CASE("colours: components are from 0 to 1, and infinite ones are none") {
+TEST_CASE("colors: components are clamped to 0 to 1, and infinite ones are missing") {
   const PolygonMesh off =
       read_text("COFF\n3 1 0\n0 0 0 300 -5 51\n1 0 0 inf 255 0\n0 1 0 0 1e400 102\n3 0 1 2 -1 0.5 1\n",
                 MeshFormat::off);
@@ -144,7 +144,7 @@ TEST_CASE("colours: components are from 0 to 1, and infinite ones are none") {
   CHECK(same(obj.colors.face, {1, 0, none}));
 }
 
-TEST_CASE("colours: large OFF and OBJ files read in blocks have those that they have in order") {
+TEST_CASE("colors: large OFF and OBJ files give the same colors in blocks and in order") {
   std::string off = "COFF\n2000 1000 0\n", obj = "mtllib m.mtl\n";
   for (int v = 0; v < 2000; ++v) {
     off += fmt::format("{} {} 0 {} {} 7 255\n", v, v % 7, v % 256, v % 200);
@@ -176,7 +176,7 @@ TEST_CASE("colours: large OFF and OBJ files read in blocks have those that they 
   CHECK(mesh.colors.face[3 * 150 + 1] == 1);
 }
 
-TEST_CASE("colours: OBJ vertices with three, four, one and no number behind the position") {
+TEST_CASE("colors: OBJ vertices with zero, one, three or four numbers after the position") {
   const PolygonMesh mesh = read_text(
       "v 0 0 0 1 0 0.5\nv 1 0 0 0 1 0 1\nv 0 1 0 1.0\nv 1 1 0 # 1 2 3\nf 1 2 3\nf 2 3 4\n", MeshFormat::obj);
   CHECK(same(mesh.colors.vertex, {1, 0, .5f, 0, 1, 0, none, none, none, none, none, none}));
@@ -184,7 +184,7 @@ TEST_CASE("colours: OBJ vertices with three, four, one and no number behind the 
   CHECK(read_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", MeshFormat::obj).colors.vertex.empty());
 }
 
-TEST_CASE("colours: OBJ comments #MRGB, one colour for each vertex") {
+TEST_CASE("colors: OBJ #MRGB comments give one color per vertex") {
   const std::string vertices = "v 0 0 0\nv 1 0 0\nv 0 1 0\n", face = "f 1 2 3\n";
   const Values expected = {1, 0, 0, 0, 1, 0, 0, 0, 51 / 255.f};
   const std::string red = "ffFF0000", green = "ff00ff00", blue = "00000033";
@@ -206,7 +206,7 @@ TEST_CASE("colours: OBJ comments #MRGB, one colour for each vertex") {
   CHECK(same(inline_colors.colors.vertex, {1, 1, 1, 1, 1, 1, 1, 1, 1}));
 }
 
-TEST_CASE("colours: comments and options behind the names of materials and images") {
+TEST_CASE("colors: comments and options next to material and image names are parsed") {
   const std::string text =
       "newmtl red\nmap_Kd tex #1.png # inline\nnewmtl Material #25\nmap_Kd tex.png -s 2 3 -bm 1\n"
       "newmtl c\nmap_Kd -colorspace sRGB -s 4 my -s tex.png\nnewmtl d\nmap_Kd sub\\my\\ tex.png\nnewmtl "
@@ -230,7 +230,7 @@ TEST_CASE("colours: comments and options behind the names of materials and image
         std::vector<std::string>{"none.mtl", "not there.mtl", "my own.mtl"});
 }
 
-TEST_CASE("colours: PLY materials that faces name by their number") {
+TEST_CASE("colors: PLY materials are referenced by faces by number") {
   const auto file = [](const char* rows) {
     return std::string(
                "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float "
@@ -249,7 +249,7 @@ TEST_CASE("colours: PLY materials that faces name by their number") {
   CHECK(read_text(file("3 0 1 2 1\n3 0 2 1 0\n"), MeshFormat::ply, false).colors.face.empty());
 }
 
-TEST_CASE("colours: materials of OBJ, the first of a name, without a Kd, and unknown ones") {
+TEST_CASE("colors: OBJ materials that are repeated, without a Kd, or unknown") {
   const std::string text =
       "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nusemtl a b\nf 1 2 3\nusemtl grey\r\nf 1 2 3\nusemtl dull\nf 1 2 "
       "3\n"
@@ -264,7 +264,7 @@ TEST_CASE("colours: materials of OBJ, the first of a name, without a Kd, and unk
                                 none, none, none, none}));
 }
 
-TEST_CASE("colours: the material libraries that an OBJ file names, absolute ones by their name alone") {
+TEST_CASE("colors: OBJ material libraries, absolute paths by their file name alone") {
   const std::string text =
       "mtllib a.mtl b.mtl\n# mtllib no.mtl\nmtllib two words.mtl\r\nmtllib tex\\c.MTL ./a.mtl\nmtllib "
       "../up.mtl\n"
@@ -275,7 +275,7 @@ TEST_CASE("colours: the material libraries that an OBJ file names, absolute ones
   CHECK(row_of(MeshFormat::off).color_companions == nullptr);
 }
 
-TEST_CASE("colours: ModelBytes keeps the content of an OBJ file apart from that of its materials") {
+TEST_CASE("colors: ModelBytes hashes an OBJ file apart from its materials") {
   const ScratchFolder scratch;
   write_file(scratch / "a.obj", "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl m\nf 1 2 3\n");
   const auto hashes = [&](bool colors) {
@@ -296,7 +296,7 @@ TEST_CASE("colours: ModelBytes keeps the content of an OBJ file apart from that 
   CHECK(same(file.mesh().colors.face, {0, 0, 1}));
 }
 
-TEST_CASE("colours: glTF materials and COLOR_0, and what is wrong with them costs no model") {
+TEST_CASE("colors: glTF materials and COLOR_0 are read, and invalid ones do not fail the model") {
   GltfFile file = cube_file();
   std::vector<std::uint8_t> values;
   for (int v = 0; v < 8; ++v)
@@ -330,8 +330,7 @@ TEST_CASE("colours: glTF materials and COLOR_0, and what is wrong with them cost
   }
 }
 
-TEST_CASE(
-    "colours: by declared type whole numbers are of 255, real ones fractions, and overshoot is clamped") {
+TEST_CASE("colors: integer types are divided by 255, real types are fractions, and both are clamped") {
   const auto vertices = [](const char* type, const std::vector<std::string>& rows) {
     std::string text = fmt::format(
         "ply\nformat ascii 1.0\nelement vertex {}\nproperty float x\nproperty float y\nproperty float z\n"
@@ -356,7 +355,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("colours: faces of OFF are bytes where every number of the file is whole") {
+TEST_CASE("colors: OFF face colors are bytes if every number of the file is an integer") {
   const auto faces = [](const std::string& first, const std::string& second) {
     const PolygonMesh mesh =
         read_text("OFF\n4 2 0\n0 0 0\n1 0 0\n0 1 0\n1 1 0\n3 0 1 2 " + first + "\n3 1 3 2 " + second + "\n",
@@ -376,7 +375,7 @@ TEST_CASE("colours: faces of OFF are bytes where every number of the file is who
   CHECK(faces("5", "255 0 0").second == 1);
 }
 
-TEST_CASE("colours: vertices of OBJ and OFF are fractions unless most of their numbers are above 1") {
+TEST_CASE("colors: OBJ and OFF vertex colors are fractions unless most numbers exceed 1") {
   const auto obj = [](const std::string& a, const std::string& b) {
     return read_text("v 0 0 0 " + a + "\nv 1 0 0 " + b + "\nv 0 1 0 0 0 0\nf 1 2 3\n", MeshFormat::obj)
         .colors.vertex;
@@ -400,7 +399,7 @@ CompanionFile image_file(const std::string& name, const std::string& bytes) {
 
 }  // namespace
 
-TEST_CASE("colours: textures of PLY by the coordinates of faces or of vertices, in text and binary") {
+TEST_CASE("colors: PLY textures by face or vertex coordinates, in text and binary") {
   const std::string head =
       "ply\nformat {} 1.0\ncomment TextureFile a.png\ncomment TextureFile b.png\n"
       "element vertex 4\nproperty float x\nproperty float y\nproperty float z\n{}element face 2\n"
@@ -454,7 +453,7 @@ TEST_CASE("colours: textures of PLY by the coordinates of faces or of vertices, 
   CHECK(ply_image_paths(std::as_bytes(std::span(text))) == std::vector<std::string>{"a.png", "b.png"});
 }
 
-TEST_CASE("colours: names of libraries end at comments, and runs of blanks are no names") {
+TEST_CASE("colors: library names end at comments, and blanks alone are no name") {
   const auto names = [](const std::string& text) {
     return row_of(MeshFormat::obj).color_companions(std::as_bytes(std::span(text)));
   };
@@ -465,7 +464,7 @@ TEST_CASE("colours: names of libraries end at comments, and runs of blanks are n
   CHECK(read_materials(libraries).find("a")->has_image);
 }
 
-TEST_CASE("colours: materials that are asked for and nowhere, and images named again, are noted once") {
+TEST_CASE("colors: a missing material and an image referenced again are noted once") {
   const std::string face = "v 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl a\nf 1 2 3\nf 1 2 3\n";
   CHECK(read_text(face, MeshFormat::obj).notes[Note::material_missing] == 1);
   CHECK(read_text("mtllib ..\n" + face, MeshFormat::obj).notes[Note::material_missing] == 1);

@@ -154,7 +154,7 @@ TEST_CASE("read_mesh: every dirty file is read or fails with a named status") {
   REQUIRE(files == 81);
 }
 
-TEST_CASE("read_mesh: repairs and counts of chosen dirty files") {
+TEST_CASE("read_mesh: repairs and counts of selected dirty files are as expected") {
   MEANDER_NEEDS_SHARED_DATA();
   const auto dirty = [](const std::string& name) {
     MeshFormat format{};

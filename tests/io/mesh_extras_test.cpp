@@ -64,7 +64,7 @@ const Numbers& asked(const PolygonMesh& mesh, const std::string& name) {
 
 }  // namespace
 
-TEST_CASE("texture coordinates: OBJ, by corner, absolute and relative, in blocks of any size") {
+TEST_CASE("texture coordinates: OBJ per corner, absolute and relative, in blocks of any size") {
   const std::string text =
       "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0.5\nvt 0.25\nf 1/1 2/2 3/3\nv 1 1 0\nvt 7 8 9\n"
       "f -1/-1 3/2 2\nf 1//1 2/99 3/x\nf 2 3 4\nvn 0 0 1\n";
@@ -86,7 +86,7 @@ TEST_CASE("texture coordinates: OBJ, by corner, absolute and relative, in blocks
   CHECK(read_obj_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").coordinates.corner.empty());
 }
 
-TEST_CASE("texture coordinates: glTF, the first set of every primitive, also without a material") {
+TEST_CASE("texture coordinates: glTF uses the first set of every primitive, with or without a material") {
   GltfFile file = two_triangles();
   file.add_accessor(file.add_view(std::vector<float>{0, 0, 1, 0, 0, 1}), 5126, 3, "VEC2");
   file.add_accessor(file.add_view(std::vector<float>{9, 9, 8, 8, 7, 7}), 5126, 3, "VEC2");
@@ -102,7 +102,7 @@ TEST_CASE("texture coordinates: glTF, the first set of every primitive, also wit
             .coordinates.corner.empty());
 }
 
-TEST_CASE("attributes: glTF, those that are asked for, scalars and vectors") {
+TEST_CASE("attributes: glTF scalars and vectors that are requested are read") {
   GltfFile file = two_triangles();
   file.add_accessor(file.add_view(std::vector<float>{1, 2, 3}), 5126, 3, "SCALAR");
   file.add_accessor(file.add_view(std::vector<float>{1, 2, 3, 4, 5, 6}), 5126, 3, "VEC2");
@@ -123,7 +123,7 @@ TEST_CASE("attributes: glTF, those that are asked for, scalars and vectors") {
   CHECK(read_gltf_file(text).asked_attributes.empty());
 }
 
-TEST_CASE("attributes and texture coordinates: glTF, of Draco streams") {
+TEST_CASE("attributes and texture coordinates: glTF Draco streams are read") {
   const BentGrid grid(4);
   draco::TriangleSoupMeshBuilder builder;
   const auto faces = static_cast<int>(grid.indices.size() / 3);
@@ -173,7 +173,7 @@ TEST_CASE("attributes and texture coordinates: glTF, of Draco streams") {
   CHECK(read_gltf_file(text).asked_attributes.empty());
 }
 
-TEST_CASE("attributes: glTF, primitives that share positions keep values of their own") {
+TEST_CASE("attributes: glTF primitives that share positions keep their own values") {
   GltfFile file;
   file.add_points({0, 0, 0, 1, 0, 0, 0, 1, 0});
   file.add_accessor(file.add_view(std::vector<float>{1, 2, 3}), 5126, 3, "SCALAR");
@@ -216,7 +216,7 @@ Numbers of_faces(const PolygonMesh& mesh, const std::string& name) {
 
 }  // namespace
 
-TEST_CASE("numbers of faces: OBJ objects, groups and materials in the order of the first faces") {
+TEST_CASE("face numbers: OBJ objects, groups and materials in the order of their first face") {
   const std::string text =
       "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n"
       "f 1 2 3\n"  // of no object, no material, the group `default`
@@ -249,7 +249,7 @@ TEST_CASE("numbers of faces: OBJ objects, groups and materials in the order of t
   CHECK(colored.names == mesh.names);
 }
 
-TEST_CASE("numbers of faces: OBJ files that name nothing, or nothing that has a face, have none") {
+TEST_CASE("face numbers: OBJ files without names, or without named faces, have none") {
   const std::string corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
   for (const std::string& text : {corners + "f 1 2 3\n", corners + "f 1 2 3\no late\nusemtl late\n"}) {
     const PolygonMesh mesh = read_obj_numbers(text, all_numbers);
@@ -260,7 +260,7 @@ TEST_CASE("numbers of faces: OBJ files that name nothing, or nothing that has a 
   CHECK(same_numbers(of_faces(bad, "object"), {0, 1}));
 }
 
-TEST_CASE("numbers of faces: names are valid UTF-8, and bounded, and what is left out is noted") {
+TEST_CASE("face numbers: names are bounded valid UTF-8, and omitted ones are noted") {
   std::string text = "v 0 0 0\nv 1 0 0\nv 0 1 0\no caf\xE9\x01\nf 1 2 3\no 100%\nf 1 2 3\n";
   CHECK(read_obj_numbers(text, all_numbers).names == R"({"object":["caf%E9%01","100%"]})");
   for (int i = 0; i < 3000; ++i) text += fmt::format("o {:0100}\ng {}\nf 1 2 3\n", i, i % 7);
@@ -279,7 +279,7 @@ TEST_CASE("numbers of faces: names are valid UTF-8, and bounded, and what is lef
   CHECK(of_faces(huge, "group") == Numbers{0});
 }
 
-TEST_CASE("numbers of faces: glTF nodes, materials and parts with their names") {
+TEST_CASE("face numbers: glTF nodes, materials and parts with their names") {
   GltfFile file;
   file.add_points({0, 0, 0, 1, 0, 0, 0, 1, 0});
   const std::string text =
@@ -331,7 +331,7 @@ TEST_CASE("numbers of faces: glTF nodes, materials and parts with their names") 
   CHECK(with_parts == stated + 12 * copies);
 }
 
-TEST_CASE("attributes: which of them are declared as integers, and what headers say of it") {
+TEST_CASE("attributes: integer declarations are found, in headers too") {
   const std::string ply =
       "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
       "property ushort label\nproperty double heat\nproperty float nx\nelement face 1\n"

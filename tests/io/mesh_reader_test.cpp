@@ -54,7 +54,7 @@ struct CommaPoint : std::numpunct<char> {
 
 }  // namespace
 
-TEST_CASE("mesh_format_of: extensions in any case") {
+TEST_CASE("mesh_format_of: recognizes extensions in any case") {
   const std::map<std::string, MeshFormat> known = {{"a.off", MeshFormat::off},   {"a.OFF", MeshFormat::off},
                                                    {"b/a.Obj", MeshFormat::obj}, {"a.b.ply", MeshFormat::ply},
                                                    {"a.STL", MeshFormat::stl},   {"a.gltf", MeshFormat::gltf},
@@ -69,7 +69,7 @@ TEST_CASE("mesh_format_of: extensions in any case") {
     REQUIRE_FALSE(mesh_format_of(path, format));
 }
 
-TEST_CASE("file bytes: files that are read and mapped, empty files, folders and files that are not there") {
+TEST_CASE("file bytes: read and mapped files, empty files, folders and missing files") {
   const ScratchFolder folder;
   const auto text_of = [](const FileBytes& file) {
     return std::string(reinterpret_cast<const char*>(file.bytes().data()), file.bytes().size());
@@ -101,7 +101,7 @@ TEST_CASE("file bytes: files that are read and mapped, empty files, folders and 
   REQUIRE(reason(folder.path()) == "not a regular file");
 }
 
-TEST_CASE("file bytes: what is gone of a mapped file are zeros, and the model is unreadable") {
+TEST_CASE("file bytes: the lost part of a mapped file reads as zeros, and the model is unreadable") {
   const ScratchFolder folder;
   const std::filesystem::path path = folder / "model.ply";
   const std::string text = mesh_bytes(icosphere(7), MeshFile::ply_little_endian);
@@ -265,7 +265,7 @@ TEST_CASE("read_mesh: random damage gives a mesh or an error") {
   }
 }
 
-TEST_CASE("read_mesh: random bytes are refused or read in any format") {
+TEST_CASE("read_mesh: random bytes give a mesh or an error in any format") {
   for (std::uint32_t round = 0; round < 2000; ++round) {
     std::vector<char> bytes(philox4x32({round, 0, 0, 0}, {5, 6})[0] % 400);
     for (std::size_t k = 0; k < bytes.size(); ++k)
@@ -276,7 +276,7 @@ TEST_CASE("read_mesh: random bytes are refused or read in any format") {
   }
 }
 
-TEST_CASE("read_mesh: the program's locale does not matter") {
+TEST_CASE("read_mesh: does not depend on the locale") {
   const std::locale before = std::locale::global(std::locale(std::locale(), new CommaPoint));
   const PolygonMesh mesh = read("v 1.5 1000.25 0\nv 0 0.5 0\nv 1 1 1\nf 1 2 3\n", MeshFormat::obj);
   std::locale::global(before);
@@ -284,7 +284,7 @@ TEST_CASE("read_mesh: the program's locale does not matter") {
   REQUIRE(mesh.y[0] == 1000.25);
 }
 
-TEST_CASE("read_mesh: a deadline and a stop are obeyed") {
+TEST_CASE("read_mesh: respects deadline and cancellation") {
   const std::string content = mesh_bytes(icosphere(2), MeshFile::off);
   const std::span bytes = std::as_bytes(std::span(content));
   CancelToken late;

@@ -25,7 +25,7 @@ std::string utf16(const std::string& ascii, bool big_endian) {
 
 }  // namespace
 
-TEST_CASE("OBJ: faces of every form, polygons, positions") {
+TEST_CASE("OBJ: faces of every form, polygons and positions are read") {
   const PolygonMesh mesh =
       obj(four +
           "f 1 2 3\nf 1/1 2/2 4/3\nf 1//1 3//2 4//3\nf 2/1/1 3/2/2 4/3/3\nf 1 2 3 4\nf 1// 2// 3//\n"
@@ -37,7 +37,7 @@ TEST_CASE("OBJ: faces of every form, polygons, positions") {
           Faces{{0, 1, 2}, {0, 1, 3}, {0, 2, 3}, {1, 2, 3}, {0, 1, 2, 3}, {0, 1, 2}, {0, 1, 2}, {0, 1, 2}});
 }
 
-TEST_CASE("OBJ: faces by the keyword of the version before, and numbers with points and exponents") {
+TEST_CASE("OBJ: faces with the older keyword fo, and indices with points and exponents") {
   REQUIRE(faces_of(obj(four + "fo 1 2 3\nfo 1/1 3//2 4/4/4\nfoo 1 2 4\n")) == Faces{{0, 1, 2}, {0, 2, 3}});
   REQUIRE(faces_of(obj(four + "f 1.0 2.0 3.0\nf 1.000000e+00 3.000000e+00 4.000000e+00\nf -1. -2 -3.0\n")) ==
           Faces{{0, 1, 2}, {0, 2, 3}, {3, 2, 1}});
@@ -52,12 +52,12 @@ TEST_CASE("OBJ: free-form surfaces are noted, curves and faces are not") {
   REQUIRE_FALSE(obj(four + "s 1\ncurv 0 1 1 2\nf 1 2 3\n").notes.any());
 }
 
-TEST_CASE("OBJ: negative indices count backwards from their line") {
+TEST_CASE("OBJ: negative indices count back from their line") {
   const PolygonMesh mesh = obj("v 0 0 0\nv 1 0 0\nv 0 1 0\nf -3 -2 -1\nv 0 0 1\nf -4 -3 -1\nf 1 -1 2\n");
   REQUIRE(faces_of(mesh) == Faces{{0, 1, 2}, {0, 1, 3}, {0, 3, 1}});
 }
 
-TEST_CASE("OBJ: indices that name no vertex leave the polygon in its place") {
+TEST_CASE("OBJ: indices of missing vertices keep the polygon in its place") {
   const PolygonMesh mesh = obj(four + "f 1 2 9\nf 0 1 2\nf -5 1 2\nf 1 2 3\nf 1 2 99999999999999999999\n");
   REQUIRE(faces_of(mesh) ==
           Faces{{0, 1, no_index}, {no_index, 0, 1}, {no_index, 0, 1}, {0, 1, 2}, {0, 1, no_index}});
@@ -65,7 +65,7 @@ TEST_CASE("OBJ: indices that name no vertex leave the polygon in its place") {
   REQUIRE(faces_of(obj("f 1 2 3\n" + four)) == Faces{{0, 1, 2}});
 }
 
-TEST_CASE("OBJ: normals per corner") {
+TEST_CASE("OBJ: normals are read per corner") {
   const PolygonMesh mesh =
       obj("vn 0 0 1\nvn 0 1 0\n" + four + "f 1//1 2//2 3//-1\nf 1 2 3\nf 2//2 3//9 4//-7\n");
   check_consistent(mesh);
@@ -81,7 +81,7 @@ TEST_CASE("OBJ: normals per corner") {
   REQUIRE(broken.normals == std::vector<float>{0, 0, 0, 0, 0, 0, 0, 1, 0});
 }
 
-TEST_CASE("OBJ: objects, groups, materials, texture, lines, points and free forms are skipped") {
+TEST_CASE("OBJ: objects, groups, materials, texture coordinates, lines, points and free forms are skipped") {
   const PolygonMesh mesh = obj("mtllib a b.mtl\no one\ng x\n" + four +
                                "vt 0 0\nvp 0 1\ns off\nusemtl m\nf 1 2 3\nl 1 2\np 1\n"
                                "o two\nv 5 5 5\ncurv 0 1 1 2\nf 3 4 5\n# f 1 2 3\nvertex 1 2 3\nfoo 1 2 3\n");
@@ -89,13 +89,13 @@ TEST_CASE("OBJ: objects, groups, materials, texture, lines, points and free form
   REQUIRE(faces_of(mesh) == Faces{{0, 1, 2}, {2, 3, 4}});
 }
 
-TEST_CASE("OBJ: colours and weights after a position are ignored, also when they are NaN") {
+TEST_CASE("OBJ: colors and weights after a position are ignored, also when they are NaN") {
   const PolygonMesh mesh = obj("v 0 0 0 nan nan nan\nv 1 0 0 1.0\nv 0 1 0 0.5 0.25 1 x\nf 1 2 3\n");
   REQUIRE(mesh.y == std::vector<double>{0, 0, 1});
   REQUIRE(mesh.vertex_attributes.empty());
 }
 
-TEST_CASE("OBJ: line ends, continuations, blanks and comments") {
+TEST_CASE("OBJ: line ends, continuations, blanks and comments are accepted") {
   const Faces expected = {{0, 1, 2}, {1, 2, 3}};
   std::string text = four + "f 1 2 3\nf 2 3 4\n";
   std::string crlf;
@@ -119,7 +119,7 @@ TEST_CASE("OBJ: line ends, continuations, blanks and comments") {
   REQUIRE(faces_of(obj("# C:\\models\\\nmtllib C:\\models\\\n" + four + "f 1 2 3\nf 2 3 4\n")) == expected);
 }
 
-TEST_CASE("OBJ: very long lines") {
+TEST_CASE("OBJ: very long lines are read") {
   std::string text = four + "f";
   std::vector<std::uint32_t> face;
   for (int i = 0; i < 200000; ++i) {
@@ -130,7 +130,7 @@ TEST_CASE("OBJ: very long lines") {
   REQUIRE(faces_of(read(text, MeshFormat::obj, {.parallel_from = 0, .block_bytes = 1000})) == Faces{face});
 }
 
-TEST_CASE("OBJ: NaN and infinite coordinates are read as such") {
+TEST_CASE("OBJ: NaN and infinite coordinates are kept") {
   const PolygonMesh mesh = obj("v nan -nan(ind) 1.#QNAN\nv inf -1.#INF 1e400\nv +1.5 -.5 1.\nf 1 2 3\n");
   REQUIRE(std::isnan(mesh.x[0]));
   REQUIRE(std::isnan(mesh.y[0]));
@@ -143,7 +143,7 @@ TEST_CASE("OBJ: NaN and infinite coordinates are read as such") {
   REQUIRE(mesh.z[2] == 1);
 }
 
-TEST_CASE("OBJ: short faces and faces that cannot be read keep their numbers") {
+TEST_CASE("OBJ: short and unreadable faces keep their numbers") {
   const PolygonMesh mesh =
       obj("vn 0 0 1\n" + four + "f 1 2\nf\nf 1//1 2//1 x\nf -1 -2 -3x\nf 2//1 3//1 4//1\nf 1,2,3\n");
   check_consistent(mesh);
@@ -151,7 +151,7 @@ TEST_CASE("OBJ: short faces and faces that cannot be read keep their numbers") {
   REQUIRE(mesh.corner_normals == std::vector<std::uint32_t>{no_index, no_index, 0, 0, 0});
 }
 
-TEST_CASE("OBJ: normals of a face that cannot be read count nowhere, whatever the blocks") {
+TEST_CASE("OBJ: normals of an unreadable face are ignored, whatever the blocks") {
   const std::string text = "vn 0 0 1\n" + four + "f 1 2 3\nf 1//1 2//1 x\n";
   for (std::size_t block = 1; block <= text.size(); ++block) {
     CAPTURE(block);
@@ -162,7 +162,7 @@ TEST_CASE("OBJ: normals of a face that cannot be read count nowhere, whatever th
   }
 }
 
-TEST_CASE("OBJ: a file cut in its last vertex") {
+TEST_CASE("OBJ: a vertex cut off at the end is dropped and counted") {
   for (const std::string end : {"v", "v ", "v 1", "v 1 2", "v 1 2 -", "v 1 2 1e"}) {
     CAPTURE(end);
     const PolygonMesh mesh = obj(four + "f 1 2 3\n" + end);
@@ -179,7 +179,7 @@ TEST_CASE("OBJ: a file cut in its last vertex") {
   }
 }
 
-TEST_CASE("OBJ: what cannot be read says where") {
+TEST_CASE("OBJ: errors say where") {
   const std::pair<std::string, const char*> cases[] = {
       {"", "empty: the file is empty"},
       {"\n \n", "empty: the file holds nothing but blanks"},
@@ -199,7 +199,7 @@ TEST_CASE("OBJ: what cannot be read says where") {
   }
 }
 
-TEST_CASE("OBJ: the earliest error is reported whatever the blocks") {
+TEST_CASE("OBJ: the first error is reported, whatever the blocks") {
   std::string text;
   for (int i = 0; i < 3000; ++i) text += i % 1000 == 700 ? "v 1 bad 2\n" : "v 1 2 3\n";
   text += "f 1 2 3\n";

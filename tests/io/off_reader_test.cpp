@@ -21,7 +21,7 @@ void check_triangle(const PolygonMesh& mesh) {
 
 }  // namespace
 
-TEST_CASE("OFF: headers of every kind in the wild") {
+TEST_CASE("OFF: headers of every kind found in the wild are read") {
   for (const std::string head :
        {"OFF\n3 1 0\n", "OFF 3 1 0\n", "OFF3 1 0\n", "3 1 0\n", "OFF\n3 1\n", "OFF\n3\n1\n0\n",
         "OFF\n\n\n3 1 0\n", "\xEF\xBB\xBFOFF\n3 1 0\n", "# comment\nOFF # more\n# and more\n3 1 0 # last\n",
@@ -33,7 +33,7 @@ TEST_CASE("OFF: headers of every kind in the wild") {
   }
 }
 
-TEST_CASE("OFF: a glued header with several digits") {
+TEST_CASE("OFF: counts of several digits may follow the keyword without a blank") {
   const PolygonMesh sphere = icosphere(3);
   std::string text = mesh_bytes(sphere, MeshFile::off);
   REQUIRE(text.substr(0, 4) == "OFF\n");
@@ -48,7 +48,7 @@ TEST_CASE("OFF: comments and blank lines anywhere, CRLF, no line end at the end"
   check_triangle(off("OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2"));
 }
 
-TEST_CASE("OFF: faces over several lines, several vertices on a line, trailing face colours") {
+TEST_CASE("OFF: faces over several lines, several vertices on a line, trailing face colors") {
   check_triangle(off("OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3\n0\n1 2\n"));
   check_triangle(off("OFF\n3 1 0\n0 0 0 1 0 0 0 1 0\n3 0 1 2\n"));
   check_triangle(off("OFF\n3 1 0\n0 0\n0 1 0 0 0\n1 0\n3 0 1 2\n"));
@@ -57,7 +57,7 @@ TEST_CASE("OFF: faces over several lines, several vertices on a line, trailing f
   REQUIRE(faces_of(two) == Faces{{0, 1, 2}, {1, 3, 2}});
 }
 
-TEST_CASE("OFF: colours, normals, texture and homogeneous coordinates by prefix") {
+TEST_CASE("OFF: colors, normals, texture and homogeneous coordinates by prefix") {
   for (const std::string colour : {"", " 255 0 0", " 255 0 0 255", " 0.5 0.5 0.5 1", " 3"}) {
     CAPTURE(colour);
     check_triangle(
@@ -85,7 +85,7 @@ TEST_CASE("OFF: colours, normals, texture and homogeneous coordinates by prefix"
   check_triangle(off("4OFF\n3 1 0\n0 0 0 5\n2 0 0 2\n0 0.5 0 0.5\n3 0 1 2\n"));
 }
 
-TEST_CASE("OFF: vertices of a stated number of dimensions, two or three") {
+TEST_CASE("OFF: nOFF vertices of two or three dimensions are read") {
   check_triangle(off("nOFF\n3\n3 1 0\n" + triangle));
   check_triangle(off("nOFF 3\n3 1 0\n" + triangle));
   check_triangle(off("nOFF\n2\n3 1 0\n0 0\n1 0\n0 1\n3 0 1 2\n"));
@@ -100,7 +100,7 @@ TEST_CASE("OFF: vertices of a stated number of dimensions, two or three") {
           "unreadable: line 2: the file ends before the number of dimensions");
 }
 
-TEST_CASE("OFF: faces that are written with points and exponents") {
+TEST_CASE("OFF: face indices may have points and exponents") {
   const std::string vertices = "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n";
   for (const char* const face : {"3.0 0.0 1.0 2.0\n", "3 0.0 1.0 2.0\n", "3. 0 1 2. # last\n",
                                  "3.000000e+00 0.000000e+00 1.000000e+00 2.000000e+00"})
@@ -130,7 +130,7 @@ TEST_CASE("OFF: binary in both byte orders, with normals") {
   REQUIRE(same_mesh(off(mesh_bytes(sphere, MeshFile::off_binary)), sphere));
 }
 
-TEST_CASE("OFF: a binary file that is cut keeps the faces that are there") {
+TEST_CASE("OFF: a truncated binary file keeps its complete faces") {
   const PolygonMesh box = cube();
   const std::string data = mesh_bytes(box, MeshFile::off_binary);
   const PolygonMesh cut = off(data.substr(0, data.size() - 10));
@@ -147,12 +147,12 @@ TEST_CASE("OFF: polygons of any size keep their corners") {
   REQUIRE(faces_of(mesh) == Faces{{0, 1, 2, 3}, {0, 1, 2, 3, 4}, {}, {0, 1}, {4}});
 }
 
-TEST_CASE("OFF: corners that name no vertex are kept") {
+TEST_CASE("OFF: corners that refer to missing vertices are kept") {
   const PolygonMesh mesh = off("OFF\n3 2 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 7\n3 -1 1 99999999999\n");
   REQUIRE(faces_of(mesh) == Faces{{0, 1, 7}, {no_index, 1, no_index}});
 }
 
-TEST_CASE("OFF: NaN and infinite coordinates are read as such") {
+TEST_CASE("OFF: NaN and infinite coordinates are kept") {
   const PolygonMesh mesh =
       off("OFF\n3 1 0\nnan -nan(ind) 1.#QNAN\ninf -inf 1.#INF\n1e400 -1e400 0\n3 0 1 2\n");
   REQUIRE(std::isnan(mesh.x[0]));
@@ -165,7 +165,7 @@ TEST_CASE("OFF: NaN and infinite coordinates are read as such") {
   REQUIRE(mesh.y[2] == -HUGE_VAL);
 }
 
-TEST_CASE("OFF: fewer faces than announced are a repair while one is left") {
+TEST_CASE("OFF: fewer faces than declared are a repair if at least one is left") {
   const PolygonMesh mesh = off("OFF\n3 5 0\n" + triangle);
   check_triangle(mesh);
   REQUIRE(mesh.repairs[Repair::missing_faces] == 4);
@@ -185,7 +185,7 @@ TEST_CASE("OFF: bytes after the last face are counted") {
   REQUIRE(mesh.repairs[Repair::extra_data] == 8);
 }
 
-TEST_CASE("OFF: a face that cannot be read keeps its number") {
+TEST_CASE("OFF: an unreadable face keeps its number") {
   const PolygonMesh mesh = off("OFF\n3 4 0\n0 0 0\n1 0 0\n0 1 0\n3 0 x 2\n3 0 1 2\n-3 0 1 2\n99999 0 1 2\n");
   check_consistent(mesh);
   REQUIRE(faces_of(mesh) == Faces{{}, {0, 1, 2}, {}, {}});
@@ -193,7 +193,7 @@ TEST_CASE("OFF: a face that cannot be read keeps its number") {
           "unreadable: line 6: `x` does not begin a face");
 }
 
-TEST_CASE("OFF: what cannot be read says where") {
+TEST_CASE("OFF: errors say where") {
   const std::pair<const char*, const char*> cases[] = {
       {"", "empty: the file is empty"},
       {" \n\t\r\n", "empty: the file holds nothing but blanks"},
@@ -231,7 +231,7 @@ TEST_CASE("OFF: what cannot be read says where") {
   }
 }
 
-TEST_CASE("OFF: announced faces take no more memory than the file covers") {
+TEST_CASE("OFF: declared faces take no more memory than the file covers") {
   const PolygonMesh mesh = off("OFF\n3 900000000000000 0\n" + triangle);
   check_triangle(mesh);
   REQUIRE(mesh.repairs[Repair::missing_faces] == 0xFFFFFFFFu);
@@ -242,7 +242,7 @@ TEST_CASE("OFF: positions survive a round trip bit by bit") {
   REQUIRE(same_mesh(off(mesh_bytes(knot, MeshFile::off)), knot));
 }
 
-TEST_CASE("OFF: a vertex count that begins with 4 and no keyword is no 4OFF") {
+TEST_CASE("OFF: a vertex count that begins with 4 is not read as 4OFF") {
   // Whatever digits the count begins with, and letters that are no keyword leave nothing behind.
   for (const int vertices : {4, 40, 400, 44}) {
     std::string rows;

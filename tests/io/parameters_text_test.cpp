@@ -4,7 +4,7 @@
 
 using namespace meander;
 
-TEST_CASE("parameters: every member that differs is named with both its values") {
+TEST_CASE("parameters: every member that differs is named with both values") {
   CHECK(parameter_differences(R"({"a":1,"b":"x,y","c":[1,2]})", R"({"a":1,"b":"x,y","c":[1,2]})").empty());
   CHECK(
       parameter_differences(R"({"order":"curve","seed":1,"z":{"k":1}})",
@@ -16,7 +16,7 @@ TEST_CASE("parameters: every member that differs is named with both its values")
   CHECK(parameter_differences("old", R"({"a":1})") == R"(the parameters were old, now they are {"a":1})");
 }
 
-TEST_CASE("parameters: split and joined again they are the same text") {
+TEST_CASE("parameters: splitting and joining gives the same text") {
   const std::string text = R"({"a":"with \" and , inside","b":{"c":[1,{"d":2}]},"e":-1.5})";
   const auto members = split_members(text);
   CHECK(members.size() == 3);

@@ -94,7 +94,7 @@ TEST_CASE("peek_mesh: large files of every format are estimated closely") {
     }
 }
 
-TEST_CASE("peek_mesh: an OBJ of many objects, vertices and faces in turns") {
+TEST_CASE("peek_mesh: an OBJ file with alternating objects, vertices and faces is estimated closely") {
   const ScratchFolder folder;
   std::string text;
   for (int object = 0; object < 3000; ++object) {
@@ -106,7 +106,7 @@ TEST_CASE("peek_mesh: an OBJ of many objects, vertices and faces in turns") {
   check_estimate(peek_file(folder / "a.obj"), {60000, 90000}, 1.5);
 }
 
-TEST_CASE("peek_mesh: headers are believed only as far as the size allows") {
+TEST_CASE("peek_mesh: header counts are bounded by the file size") {
   const ScratchFolder folder;
   write_file(folder / "a.off", "OFF\n353535235358 6 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n");
   REQUIRE(peek_file(folder / "a.off").vertices < 20);
@@ -128,7 +128,7 @@ TEST_CASE("peek_mesh: headers are believed only as far as the size allows") {
   check_estimate(peek_file(folder / "c.off"), truth_of(read(off, MeshFormat::off)), 1.5);
 }
 
-TEST_CASE("peek_mesh: the values of all properties of a PLY file are counted") {
+TEST_CASE("peek_mesh: the values of all PLY properties are counted") {
   // As read: doubles of both scalars of each vertex, and of that of each face.
   for (const bool ascii : {true, false}) {
     std::string text = std::string("ply\nformat ") + (ascii ? "ascii" : "binary_little_endian") +
@@ -146,7 +146,7 @@ TEST_CASE("peek_mesh: the values of all properties of a PLY file are counted") {
   }
 }
 
-TEST_CASE("peek_mesh: malformed and odd files have an estimate too") {
+TEST_CASE("peek_mesh: malformed and unusual files have an estimate too") {
   const ScratchFolder folder;
   const PolygonMesh mesh = merged(cube(), icosphere(1));
   for (const auto& [name, file] : named_files) {
@@ -223,7 +223,7 @@ TEST_CASE("most_in_file: no file of its size holds more") {
   CHECK(row_of(MeshFormat::gltf).most == nullptr);
 }
 
-TEST_CASE("peek_mesh: real files are estimated at 1 to 1.5 times the truth") {
+TEST_CASE("peek_mesh: real files are estimated at 1 to 1.5 times the true size") {
   MEANDER_NEEDS_SHARED_DATA();
   std::size_t files = 0;
   for (const auto& entry : std::filesystem::recursive_directory_iterator(shared_data(""))) {

@@ -34,7 +34,7 @@ RgbImage filled(std::uint32_t size, std::uint8_t red) {
 
 }  // namespace
 
-TEST_CASE("text: widths grow with the text and the size") {
+TEST_CASE("text: width grows with length and size") {
   const TextStyle style{20};
   CHECK(painted_width("", style) == 0);
   CHECK(painted_width("mm", style) == Approx(2 * painted_width("m", style)).epsilon(0.02));
@@ -42,7 +42,7 @@ TEST_CASE("text: widths grow with the text and the size") {
   CHECK(painted_width("m", style) > 1.5 * painted_width("i", style));
 }
 
-TEST_CASE("text: it lies where it is put, and what is outside is cut off") {
+TEST_CASE("text: is drawn where requested, and clipped") {
   const TextStyle style{20};
   RgbImage image(200, 60);
   paint_text(image, "group", 20, 40, style);
@@ -64,7 +64,7 @@ TEST_CASE("text: it lies where it is put, and what is outside is cut off") {
   CHECK(centred.pixels != image.pixels);
 }
 
-TEST_CASE("text: any bytes are drawn") {
+TEST_CASE("text: any bytes can be drawn") {
   RgbImage image(200, 40);
   for (const std::string& text : {std::string("\xFF\xFE"), std::string("a\0b", 3), std::string("\n\t\x01"),
                                   std::string("caf\xC3\xA9 \xE6\xBC\xA2 \xF0\x9F\x90\xB0")}) {
@@ -74,7 +74,7 @@ TEST_CASE("text: any bytes are drawn") {
   CHECK(painted(image) > 0);
 }
 
-TEST_CASE("text: shortened at the front, never in the middle of a character") {
+TEST_CASE("text: is shortened at the front, never within a character") {
   const TextStyle style{15};
   const std::string path = "a/very/long/folder/\xC3\xA9\xC3\xA9\xC3\xA9\xC3\xA9/model.off";
   CHECK(shortened_at_front(path, 1e4, style) == path);
@@ -89,7 +89,7 @@ TEST_CASE("text: shortened at the front, never in the middle of a character") {
   }
 }
 
-TEST_CASE("text: lines are broken between words") {
+TEST_CASE("text: lines break between words") {
   const TextStyle style{15};
   const std::string text = "the header promises 353535235358 vertices, but only 289 bytes follow it";
   const std::vector<std::string> lines = wrapped_text(text, 150, 10, style);
@@ -111,7 +111,7 @@ TEST_CASE("text: lines are broken between words") {
   CHECK(narrow[1].starts_with("\xE2\x80\xA6"));
 }
 
-TEST_CASE("picture_sheet: cells, names, failures and a legend have their places") {
+TEST_CASE("picture_sheet: cells, names, failures and legend have their places") {
   SheetLook look;
   look.cell = 100;
   look.gap = 10;

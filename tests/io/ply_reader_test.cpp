@@ -56,7 +56,7 @@ std::vector<double> values(const std::vector<ScalarAttribute>& attributes, std::
 
 }  // namespace
 
-TEST_CASE("PLY: ascii, with LF, CRLF and CR") {
+TEST_CASE("PLY: text with LF, CRLF and CR line ends") {
   const std::string text = ascii(vertex_head + face_head, four_rows + two);
   std::string crlf, cr = text;
   for (const char c : text) crlf += c == '\n' ? std::string("\r\n") : std::string(1, c);
@@ -119,7 +119,7 @@ TEST_CASE("PLY: every scalar type under both names, in all three encodings") {
   }
 }
 
-TEST_CASE("PLY: lists of every index type, vertex_index, other lists and other elements are skipped") {
+TEST_CASE("PLY: lists of every index type are read, other lists and elements are skipped") {
   const std::string head = "element edge 2\nproperty int a\nproperty list uint short weights\n" +
                            vertex_head + "property list uchar float ring\n" +
                            "element face 2\nproperty uchar red\nproperty list ushort uint vertex_index\n"
@@ -159,7 +159,7 @@ TEST_CASE("PLY: lists of every index type, vertex_index, other lists and other e
   }
 }
 
-TEST_CASE("PLY: lists of real numbers and of integers of 64 bits") {
+TEST_CASE("PLY: lists of floating-point numbers and 64-bit integers are read") {
   const auto check = [](const PolygonMesh& mesh) {
     check_consistent(mesh);
     REQUIRE(faces_of(mesh) == two_faces);
@@ -193,7 +193,7 @@ TEST_CASE("PLY: lists of real numbers and of integers of 64 bits") {
               ->status() == Status::unreadable);
 }
 
-TEST_CASE("PLY: lines of the header that end in LF CR, and rows that begin with a line end") {
+TEST_CASE("PLY: header lines may end in LF CR, and rows may begin with a line end") {
   const auto file = [](const std::string& end, const std::string& first) {
     std::string head;
     for (const char c : binary_head(false,
@@ -219,7 +219,7 @@ TEST_CASE("PLY: lines of the header that end in LF CR, and rows that begin with 
     }
 }
 
-TEST_CASE("PLY: comments between rows of text") {
+TEST_CASE("PLY: comments between rows of text are skipped") {
   const std::string plain = ascii(vertex_head + face_head, four_rows + two);
   const std::string commented =
       ascii(vertex_head + face_head,
@@ -231,7 +231,7 @@ TEST_CASE("PLY: comments between rows of text") {
           "unreadable: line 13: vertex 1 of 4: `comments` is not a number");
 }
 
-TEST_CASE("PLY: names of coordinates, normals and lists of faces in capitals") {
+TEST_CASE("PLY: uppercase names of coordinates, normals and face lists are read") {
   const std::string capitals = "element vertex 4\nproperty float X\nproperty float Y\nproperty float Z\n";
   REQUIRE(ply(ascii(capitals + face_head, four_rows + two)).x == std::vector<double>{0, 1, 0, 0});
   // One of exactly the name goes first.
@@ -243,7 +243,7 @@ TEST_CASE("PLY: names of coordinates, normals and lists of faces in capitals") {
   REQUIRE(values(both.vertex_attributes, "X") == std::vector<double>{9, 9, 9, 9});
 }
 
-TEST_CASE("PLY: normals are kept when all three are there") {
+TEST_CASE("PLY: normals are kept if all three are there") {
   const std::string normals = "property float nx\nproperty float ny\nproperty float nz\n";
   const std::string rows = "0 0 0 0 0 1\n1 0 0 0 0 1\n0 1 0 0 1 0\n0 0 1 nan 0 0\n";
   const PolygonMesh mesh = ply(ascii(vertex_head + normals + face_head, rows + two));
@@ -268,7 +268,7 @@ TEST_CASE("PLY: normals are kept when all three are there") {
   REQUIRE(none.normals.empty());
 }
 
-TEST_CASE("PLY: faces before vertices, positions in any order and double") {
+TEST_CASE("PLY: faces before vertices, properties in any order, and double are read") {
   const PolygonMesh mesh = ply(ascii(
       face_head +
           "element vertex 4\nproperty double z\nproperty uchar q\nproperty double x\nproperty double y\n",
@@ -302,7 +302,7 @@ TEST_CASE("PLY: faces and strips together, strips have no face attributes") {
   REQUIRE(std::isnan(mesh.face_attributes[0].values[2]));
 }
 
-TEST_CASE("PLY: fewer faces than announced are a repair while one is left") {
+TEST_CASE("PLY: fewer faces than declared are a repair if at least one is left") {
   const std::string head =
       vertex_head + "element face 5\nproperty list uchar int vertex_indices\nproperty float q\n";
   const PolygonMesh text = ply(ascii(head, four_rows + "3 0 1 2 1\n3 1 2 3 2\n"));
@@ -323,7 +323,7 @@ TEST_CASE("PLY: fewer faces than announced are a repair while one is left") {
   }
 }
 
-TEST_CASE("PLY: a vertex element that is cut") {
+TEST_CASE("PLY: a truncated vertex element is an error unless faces came first") {
   REQUIRE(outcome(ascii(vertex_head + face_head, "0 0 0\n1 0 0\n"), MeshFormat::ply) ==
           "unreadable: the file ends in row 2 of 4 of the element `vertex`, before any face");
   // Faces first: they are kept, and so are the vertices that are there.
@@ -350,7 +350,7 @@ TEST_CASE("PLY: bytes after the last element are counted, blanks are not") {
   REQUIRE(ply(data + "more").repairs[Repair::extra_data] == 4);
 }
 
-TEST_CASE("PLY: rows that cannot be read") {
+TEST_CASE("PLY: a bad face keeps its number, a bad attribute is NaN, a bad coordinate is an error") {
   // A bad face keeps its number, a bad attribute becomes NaN, a bad coordinate is an error.
   const std::string head =
       vertex_head + "property float q\nelement face 3\nproperty list uchar int vertex_indices\n";
@@ -372,7 +372,7 @@ TEST_CASE("PLY: rows that cannot be read") {
           "unreadable: none of 2 faces has a corner that can be read");
 }
 
-TEST_CASE("PLY: corners that name no vertex are kept") {
+TEST_CASE("PLY: corners that refer to missing vertices are kept") {
   REQUIRE(faces_of(ply(ascii(vertex_head + face_head, four_rows + "3 0 1 7\n3 -1 1 99999999999\n"))) ==
           Faces{{0, 1, 7}, {no_index, 1, no_index}});
   const std::string head = vertex_head + "element face 1\nproperty list uchar float vertex_indices\n";
@@ -382,7 +382,7 @@ TEST_CASE("PLY: corners that name no vertex are kept") {
   REQUIRE(faces_of(ply(binary_head(false, head) + bytes.data)) == Faces{{1, no_index, no_index, no_index}});
 }
 
-TEST_CASE("PLY: what cannot be read says where") {
+TEST_CASE("PLY: errors say where") {
   const std::string format = "ply\nformat ascii 1.0\n";
   const std::pair<std::string, const char*> cases[] = {
       {"", "empty: the file is empty"},
@@ -425,7 +425,7 @@ TEST_CASE("PLY: what cannot be read says where") {
                   MeshFormat::ply) == "ok");
 }
 
-TEST_CASE("PLY: a line before the first element that no keyword begins is a comment") {
+TEST_CASE("PLY: a header line without a keyword before the first element is a comment") {
   const std::string plain = mesh_bytes(cube(), MeshFile::ply_ascii);
   std::string named = plain;
   named.insert(named.find("element"), "Created by Blender3D 247 - www.blender.org, source file: \n");

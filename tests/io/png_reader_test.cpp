@@ -51,7 +51,7 @@ const std::string signature = "\x89PNG\r\n\x1A\n";
 
 }  // namespace
 
-TEST_CASE("read_gray_png: grey of every depth, interlaced or not, with alpha or not") {
+TEST_CASE("read_gray_png: gray of every depth, interlaced or not, with or without alpha") {
   for (const int depth : {1, 2, 4, 8, 16})
     for (const bool interlaced : {false, true})
       for (const int type : {PNG_COLOR_TYPE_GRAY, PNG_COLOR_TYPE_GRAY_ALPHA})
@@ -73,7 +73,7 @@ TEST_CASE("read_gray_png: grey of every depth, interlaced or not, with alpha or 
         }
 }
 
-TEST_CASE("read_gray_png: colours become BT.709 luma, and grey colours are grey") {
+TEST_CASE("read_gray_png: colors become BT.709 luma, and gray colors stay gray") {
   for (const int depth : {8, 16})
     for (const int type : {PNG_COLOR_TYPE_RGB, PNG_COLOR_TYPE_RGB_ALPHA})
       for (const bool interlaced : {false, true}) {
@@ -108,7 +108,7 @@ TEST_CASE("read_gray_png: palettes of every depth") {
     }
 }
 
-TEST_CASE("read_gray_png: what write_png writes, top row first") {
+TEST_CASE("read_gray_png: reads what write_png writes, top row first") {
   const ScratchFolder folder;
   RgbImage image(5, 3);
   for (std::uint32_t y = 0; y < 3; ++y)
@@ -143,7 +143,7 @@ TEST_CASE("read_gray_png: errors say what is wrong") {
   CHECK_THROWS_WITH(read_gray_png(folder.path()), "not a regular file");
 }
 
-TEST_CASE("read_gray_png: sizes are checked before memory is taken") {
+TEST_CASE("read_gray_png: sizes are checked before memory is allocated") {
   // Two thousand million pixels a side, in a file of a few bytes.
   const auto header = [](const std::string& width, const std::string& height, char interlace) {
     return signature + chunk("IHDR", width + height + std::string("\x10\x06\0\0", 4) + interlace) +
@@ -170,7 +170,7 @@ TEST_CASE("read_gray_png: sizes are checked before memory is taken") {
   }
 }
 
-TEST_CASE("read_gray_png: a changed byte ends in a picture or a sentence") {
+TEST_CASE("read_gray_png: a changed byte gives a picture or an error") {
   for (const int type : {PNG_COLOR_TYPE_GRAY, PNG_COLOR_TYPE_PALETTE}) {
     const std::string good =
         png_bytes({7, 5, 8, type, true,

@@ -42,7 +42,7 @@ std::vector<std::byte> file_bytes(const std::filesystem::path& path) {
 
 }  // namespace
 
-TEST_CASE("encode_png: what is written is what is read") {
+TEST_CASE("encode_png: pixels survive a round trip") {
   for (const auto& [width, height] : {std::pair{1u, 1u}, std::pair{3u, 200u}, std::pair{257u, 31u}}) {
     const RgbImage image = gradient(width, height);
     const RgbImage again = decode(encode_png(image));
@@ -53,14 +53,14 @@ TEST_CASE("encode_png: what is written is what is read") {
   }
 }
 
-TEST_CASE("encode_png: a buffer that does not fit is an error") {
+TEST_CASE("encode_png: a buffer of the wrong size is an error") {
   CHECK_THROWS_AS(encode_png(RgbImage{}), std::invalid_argument);
   RgbImage image(4, 4);
   image.pixels.pop_back();
   CHECK_THROWS_AS(encode_png(image), std::invalid_argument);
 }
 
-TEST_CASE("write_png: replaces a file and leaves nothing beside it") {
+TEST_CASE("write_png: replaces a file and leaves no temporary file") {
   const ScratchFolder folder;
   const std::filesystem::path path = folder / "a.png";
   write_png(path, gradient(5, 6));
@@ -70,7 +70,7 @@ TEST_CASE("write_png: replaces a file and leaves nothing beside it") {
   CHECK(std::distance(std::filesystem::directory_iterator(folder.path()), {}) == 1);
 }
 
-TEST_CASE("write_png: a folder that is not there, and a folder in the way, are errors") {
+TEST_CASE("write_png: a missing folder, and a folder of that name, are errors") {
   const ScratchFolder folder;
   CHECK_THROWS_AS(write_png(folder / "no/a.png", gradient(2, 2)), RunError);
   std::filesystem::create_directories(folder / "taken/inside");

@@ -63,7 +63,7 @@ Samples some_samples(std::size_t count) {
 
 }  // namespace
 
-TEST_CASE("read_points: what write_points writes, digit for digit and in order") {
+TEST_CASE("read_points: reads what write_points writes, digit for digit and in order") {
   const ScratchFolder folder;
   const Samples samples = some_samples(5000);
   ItemReport report;
@@ -133,7 +133,7 @@ TEST_CASE("read_points: PLY in three encodings, with faces, lists and elements a
   }
 }
 
-TEST_CASE("read_points: PLY and OFF in small parallel blocks are the same") {
+TEST_CASE("read_points: PLY and OFF in small parallel blocks give the same points") {
   std::string rows, faces;
   for (int i = 0; i < 3000; ++i) {
     rows += std::to_string(i * 0.37) + " " + std::to_string(-i) + " 1e-3\n";
@@ -171,7 +171,7 @@ TEST_CASE("read_points: PLY and OFF in small parallel blocks are the same") {
   }
 }
 
-TEST_CASE("read_points: OFF with and without faces, normals and colours, text and binary") {
+TEST_CASE("read_points: OFF with and without faces, normals and colors, text and binary") {
   const Values x = {0, 3, 6};
   REQUIRE(points("a.off", "OFF\n3 0 0\n" + three_rows).x == x);
   REQUIRE(points("a.off", "OFF\n3 2\n# a comment\n" + three_rows + "3 0 1 2\n3 9 9 9\n").x == x);
@@ -195,7 +195,7 @@ TEST_CASE("read_points: OFF with and without faces, normals and colours, text an
   }
 }
 
-TEST_CASE("read_points: text of points") {
+TEST_CASE("read_points: text files of points") {
   for (const char* const name : {"a.xyz", "a.TXT", "a.csv", "a.pts"}) {
     for (const std::string& content :
          {three_rows, std::string("0,1,2\n3,4,5\n6,7,8"),
@@ -226,7 +226,7 @@ TEST_CASE("read_points: text of points") {
   REQUIRE(points("a.xyz", "1 1 1\n1 1 1\n1 1 1\n").count() == 3);
 }
 
-TEST_CASE("read_points: the numbers 4 to 6 of a text are normals when they can be") {
+TEST_CASE("read_points: columns 4 to 6 of a text file are normals if they can be") {
   const std::vector<float> none;
   REQUIRE(points("a.xyz", "0 0 0 0 0 1\n1 1 1 0 0 0\n2 2 2 nan nan nan\n").normals.size() == 9);
   REQUIRE(points("a.xyz", "0 0 0 0.58 0.58 0.58 chair\n1 1 1 0 0 -1 9,9\n").normals ==
@@ -238,7 +238,7 @@ TEST_CASE("read_points: the numbers 4 to 6 of a text are normals when they can b
   REQUIRE(points("a.pts", "1\n0 0 0 -1200 12 13 14\n").normals == none);
 }
 
-TEST_CASE("read_points: what is wrong in a text, and where") {
+TEST_CASE("read_points: errors in text files say what and where") {
   const std::pair<const char*, const char*> wrong[] = {
       {"", "empty: the file is empty"},
       {" \n\t\n", "empty: the file holds nothing but blanks"},
@@ -283,7 +283,7 @@ TEST_CASE("read_points: what is wrong in a text, and where") {
   }
 }
 
-TEST_CASE("read_points: what is wrong in PLY, and where") {
+TEST_CASE("read_points: errors in PLY files say what and where") {
   const auto ascii = [](const std::string& elements, const std::string& body) {
     return result("a.ply", ply("ascii", elements, body));
   };
@@ -353,7 +353,7 @@ TEST_CASE("read_points: what is wrong in PLY, and where") {
   }
 }
 
-TEST_CASE("read_points: what is wrong in OFF, and where") {
+TEST_CASE("read_points: errors in OFF files say what and where") {
   CHECK(result("a.off", "OFF\n0 0 0\n") == "empty: the header promises no vertex");
   CHECK(result("a.off", "OFF\n4 0 0\n0.5 1.25 2\n3 4 5\n6 7 8.125\n") ==
         "unreadable: line 6: the file ends in vertex 3 of 4");
@@ -405,7 +405,7 @@ std::string npy_dictionary(const std::string& type, const std::string& shape, bo
 
 }  // namespace
 
-TEST_CASE("read_points: arrays of numpy in both precisions, byte orders and layouts") {
+TEST_CASE("read_points: NumPy arrays in both precisions, byte orders and layouts") {
   const auto rows = {1.5, -2.0, 3.25, 4.0, 5.0, -6.5};
   const auto columns = {1.5, 4.0, -2.0, 5.0, 3.25, -6.5};
   for (const bool big : {false, true})
@@ -443,7 +443,7 @@ TEST_CASE("read_points: arrays of numpy in both precisions, byte orders and layo
             .y == Values{2});
 }
 
-TEST_CASE("read_points: what is wrong in an array of numpy") {
+TEST_CASE("read_points: errors in NumPy arrays say what is wrong") {
   const std::string two = reals<double>({1, 2}, false);
   const double infinity = std::numeric_limits<double>::infinity();
   const std::pair<std::string, std::string> cases[] = {
@@ -507,7 +507,7 @@ TEST_CASE("read_points: what is wrong in an array of numpy") {
   for (const auto& [content, expected] : cases) CHECK(result("a.npy", content) == expected);
 }
 
-TEST_CASE("read_points: files of other kinds, and none") {
+TEST_CASE("read_points: other kinds of files and missing files are refused") {
   const ScratchFolder folder;
   CHECK(result("a.las", "x") ==
         "unsupported_format: the extension `.las` is none of .ply .off .xyz .txt .csv .pts .npy");
@@ -525,7 +525,7 @@ TEST_CASE("read_points: files of other kinds, and none") {
   CHECK_THROWS_AS(read_points(folder / "a.xyz", cancel), RunCancelled);
 }
 
-TEST_CASE("read_points: every cut and every changed byte of a file ends in points or a sentence") {
+TEST_CASE("read_points: every truncation and every changed byte gives points or an error") {
   const std::string contents[] = {
       ply("ascii", three_vertices + two_faces, three_rows + "3 0 1 2\n3 0 1 2\n"),
       ply("binary_big_endian", three_vertices + "property list uchar uchar l\n", std::string(39, '\0')),

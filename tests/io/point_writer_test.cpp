@@ -65,7 +65,7 @@ TEST_CASE("write_points: XYZ holds positions in file coordinates and normals, di
   REQUIRE_FALSE(std::getline(text, rest));
 }
 
-TEST_CASE("write_points: OFF has vertices and no face") {
+TEST_CASE("write_points: OFF has vertices and no faces") {
   const ScratchFolder folder;
   Samples samples = three_samples();
   write_points(folder / "a.off", PointFormat::off, samples, placed());
@@ -106,7 +106,7 @@ TEST_CASE("write_points: PLY reads back with normals, faces and densities") {
   REQUIRE(mesh.vertex_attributes[1].values == std::vector<double>{1, 0.5, 2});
 }
 
-TEST_CASE("write_points: as stored, float32 and the frame that leads to the file") {
+TEST_CASE("write_points: the stored frame gives float32 and the transform to the file") {
   const ScratchFolder folder;
   const Samples samples = three_samples();
   const std::string words = "frame stored loc 1e+08 -0.125 3 scale 0.3";
@@ -133,7 +133,7 @@ TEST_CASE("write_points: as stored, float32 and the frame that leads to the file
   CHECK(read_file(folder / "a.xyz").starts_with("0 0 0 0 0 1\n0.1 -0.25 1 0.6 0.8 0\n"));
 }
 
-TEST_CASE("write_points: more than one buffer, and no point at all") {
+TEST_CASE("write_points: more than one buffer, and no points at all") {
   const ScratchFolder folder;
   Samples samples;
   for (std::uint32_t i = 0; i < 100000; ++i) {
@@ -153,7 +153,7 @@ TEST_CASE("write_points: more than one buffer, and no point at all") {
   REQUIRE(read_file(folder / "none") == "# frame file\n");
 }
 
-TEST_CASE("write_points: the old file stays when writing fails, and nothing else is left") {
+TEST_CASE("write_points: the old file stays when writing fails, and no temporary file is left") {
   const ScratchFolder folder;
   REQUIRE_THROWS_AS(write_points(folder / "absent" / "a.xyz", PointFormat::xyz, three_samples(), {}),
                     RunError);

@@ -38,7 +38,7 @@ void check_own_vertices(const PolygonMesh& mesh) {
 
 }  // namespace
 
-TEST_CASE("STL: comments of a text, before, in and behind its facets") {
+TEST_CASE("STL: comments before, within and after the facets of a text file are skipped") {
   std::string commented = "# vertex 9 9 9\n# solid\n", cr;
   for (const char c : "solid name\n" + facet(three) + "endsolid name\n")
     commented += c == '\n' ? std::string(" # vertex 7 7 7\n # facet\n") : std::string(1, c);
@@ -51,7 +51,7 @@ TEST_CASE("STL: comments of a text, before, in and behind its facets") {
   }
 }
 
-TEST_CASE("STL: binary and ascii hold the same facets, each with its own vertices") {
+TEST_CASE("STL: binary and text files hold the same facets, each with its own vertices") {
   PolygonMesh sphere = icosphere(2);
   for (std::vector<double>* const values : {&sphere.x, &sphere.y, &sphere.z})
     for (double& value : *values) value = static_cast<float>(value);
@@ -79,7 +79,7 @@ TEST_CASE("STL: a binary file that begins with solid is binary") {
   REQUIRE(stl(data).polygon_count() == 12);
 }
 
-TEST_CASE("STL: wrong facet counts of binary files") {
+TEST_CASE("STL: wrong facet counts of binary files are repaired") {
   const std::string data = mesh_bytes(cube(), MeshFile::stl_binary);
   std::string more = data, fewer = data, zero = data, unknown = data;
   set_count(more, 20);
@@ -117,7 +117,7 @@ TEST_CASE("STL: line feeds and carriage returns in damaged binary files are not 
   for (std::size_t v = 0; v < mesh.vertex_count(); ++v) REQUIRE(mesh.x[v] == whole.x[v]);
 }
 
-TEST_CASE("STL: ascii in every layout") {
+TEST_CASE("STL: text in every layout is read") {
   const std::string text = std::string("solid a name with words\n") + facet(three) +
                            facet("vertex 0 0 1\nvertex 1 0 1\nvertex 0 1 1\n") +
                            "endsolid a name with words\n";
@@ -140,7 +140,7 @@ TEST_CASE("STL: ascii in every layout") {
   }
 }
 
-TEST_CASE("STL: several ascii solids are one mesh") {
+TEST_CASE("STL: several text solids are one mesh") {
   const std::string one = std::string("solid a\n") + facet(three) + "endsolid a\n",
                     two = std::string("solid b\n") + facet(three) + "endsolid\n";
   const PolygonMesh mesh = stl(one + "\n" + two + "solid c\nendsolid c\n");
@@ -148,7 +148,7 @@ TEST_CASE("STL: several ascii solids are one mesh") {
   REQUIRE(mesh.polygon_count() == 2);
 }
 
-TEST_CASE("STL: solids that share a line, and begin anew on the next") {
+TEST_CASE("STL: solids may end and begin on one line") {
   const std::string facet =
       "facet normal 0 0 1 outer loop vertex 0 0 0 vertex 1 0 0 vertex 0 1 0 endloop endfacet ";
   const std::string solid = "solid a vertex " + facet + "endsolid a ";  // the name is no vertex
@@ -156,7 +156,7 @@ TEST_CASE("STL: solids that share a line, and begin anew on the next") {
   CHECK(read(text, MeshFormat::stl).polygon_count() == 6);
 }
 
-TEST_CASE("STL: ascii facets of other than three vertices") {
+TEST_CASE("STL: a text facet with four vertices is split, one with two keeps its number") {
   const PolygonMesh mesh = stl(std::string("solid\n") + facet(three + "vertex -1 0 0\n") +
                                facet("vertex 5 5 5\nvertex 6 6 6\n") + facet(three) + "endsolid\n");
   check_consistent(mesh);
@@ -168,7 +168,7 @@ TEST_CASE("STL: ascii facets of other than three vertices") {
   REQUIRE(std::isnan(mesh.x[8]));
 }
 
-TEST_CASE("STL: bad normals do not matter, NaN positions are read as such") {
+TEST_CASE("STL: invalid normals do not matter, NaN positions are kept") {
   const PolygonMesh mesh =
       stl("solid\nfacet normal nan 1,5 ?\nouter loop\nvertex nan inf -1.#IND\nvertex 1 0 0\nvertex 0 1 "
           "0\nendloop\nendfacet\n");
@@ -177,7 +177,7 @@ TEST_CASE("STL: bad normals do not matter, NaN positions are read as such") {
   REQUIRE(mesh.y[0] == HUGE_VAL);
 }
 
-TEST_CASE("STL: an ascii file that is cut") {
+TEST_CASE("STL: a facet cut off at the end of a text file is counted") {
   const std::string start = std::string("solid\n") + facet(three);
   for (const std::string end : {"facet", "facet normal 0 0", "facet normal 0 0 1\nouter loop\nvertex 1 2",
                                 "facet normal 0 0 1\nouter loop\nvertex 1 2 3\nvertex 1 2 -",
@@ -197,7 +197,7 @@ TEST_CASE("STL: an ascii file that is cut") {
   }
 }
 
-TEST_CASE("STL: what cannot be read says where") {
+TEST_CASE("STL: errors say where") {
   std::string none(84, '\0');
   overwrite(none, 0, "empty!");
   std::string lost = none;
@@ -220,7 +220,7 @@ TEST_CASE("STL: what cannot be read says where") {
   }
 }
 
-TEST_CASE("STL: lines of any kind between a solid and its first facet are read over") {
+TEST_CASE("STL: unknown lines between a solid and its first facet are skipped") {
   const std::string facet =
       "facet normal 0 0 1\n outer loop\n  vertex 0 0 0\n  vertex 1 0 0\n  vertex 0 1 0\n endloop\nendfacet\n";
   const std::string two = facet + facet;
@@ -269,7 +269,7 @@ PolygonMesh read_colored(const std::string& bytes) {
 
 }  // namespace
 
-TEST_CASE("STL: colours of VisCAM and of Magics, each by its own bit, and attributes that are none") {
+TEST_CASE("STL: VisCAM and Magics colors are told apart by their bits, and other attributes are no colors") {
   const float none = std::numeric_limits<float>::quiet_NaN();
   const auto faces = [](const PolygonMesh& mesh) { return mesh.colors.face; };
   const auto same = [&](const std::vector<float>& a, const std::vector<float>& b) {

@@ -48,7 +48,7 @@ Table results() {
 
 }  // namespace
 
-TEST_CASE("readable_number") {
+TEST_CASE("readable_number: digits, exponents and special values") {
   CHECK(readable_number(0, 4) == "0");
   CHECK(readable_number(0.5, 4) == "0.5000");
   CHECK(readable_number(9.99996, 4) == "10.00");
@@ -62,7 +62,7 @@ TEST_CASE("readable_number") {
   CHECK(readable_number(-infinity, 4) == "-inf");
 }
 
-TEST_CASE("TableCell: whole numbers of every kind") {
+TEST_CASE("TableCell: integers of every type are exact") {
   CHECK(whole_number(TableCell(-7)) == "-7");
   CHECK(whole_number(TableCell(std::numeric_limits<std::int64_t>::min())) == "-9223372036854775808");
   CHECK(whole_number(TableCell(std::numeric_limits<std::uint64_t>::max())) == "18446744073709551615");
@@ -70,7 +70,7 @@ TEST_CASE("TableCell: whole numbers of every kind") {
   CHECK(whole_number(TableCell(std::int8_t{-128})) == "-128");
 }
 
-TEST_CASE("text_table: names and numbers in columns") {
+TEST_CASE("text_table: names and numbers are aligned in columns") {
   CHECK(text_table(results()) ==
         "method              N    error   slope\n"
         "random           1024  0.01235  -0.500\n"
@@ -89,7 +89,7 @@ TEST_CASE("text_table: no columns, no rows, control characters") {
         "x y [31m          3\n");
 }
 
-TEST_CASE("csv_text: numbers and texts come back as they were") {
+TEST_CASE("csv_text: numbers and texts survive a round trip") {
   Table table;
   table.columns = {{"a, \"b\""}, {"number"}};
   const std::vector<std::string> texts{"plain",      "",       "a,b",  "say \"so\"", "two\nlines", " edge",
@@ -111,7 +111,7 @@ TEST_CASE("csv_text: numbers and texts come back as they were") {
   }
 }
 
-TEST_CASE("csv_text: the text itself") {
+TEST_CASE("csv_text: numbers, missing values and infinities as text") {
   Table table = results();
   table.rows.push_back({"odd", TableCell(), -not_a_number, -infinity});
   CHECK(csv_text(table) ==
@@ -125,7 +125,7 @@ TEST_CASE("csv_text: the text itself") {
   CHECK(csv_text(table) == "method,N,error,slope\n");
 }
 
-TEST_CASE("write_table: JSON objects") {
+TEST_CASE("write_table: JSON objects, one per row") {
   JsonWriter json;
   json.begin_object();
   json.key("rows");
@@ -140,7 +140,7 @@ TEST_CASE("write_table: JSON objects") {
         "{\"method\":\"n\",\"N\":-9223372036854775808,\"error\":null,\"slope\":null}]}");
 }
 
-TEST_CASE("check_table: errors") {
+TEST_CASE("check_table: invalid tables are errors") {
   Table table = results();
   table.rows.push_back({1, 2, 3, 4, 5});
   CHECK_THROWS_AS(text_table(table), std::invalid_argument);

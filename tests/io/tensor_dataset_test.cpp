@@ -30,7 +30,7 @@ void check_fails(const std::filesystem::path& path, const std::string& dataset, 
 
 }  // namespace
 
-TEST_CASE("read_tensor_dataset: six or three columns of any number type, below groups") {
+TEST_CASE("read_tensor_dataset: six or three columns of any number type, in nested groups") {
   const ScratchFolder scratch;
   const auto file = scratch / "tensors.h5";
   const std::vector<double> six = {1, 0, 0.5, 2, 0, 3, 4, -1, 0, 5, 0, 6},
@@ -48,7 +48,7 @@ TEST_CASE("read_tensor_dataset: six or three columns of any number type, below g
   CHECK(read_tensor_dataset(file, "float.off", 2).values == six);
 }
 
-TEST_CASE("read_tensor_dataset: numbers that are not finite pass, whether they matter the mesh decides") {
+TEST_CASE("read_tensor_dataset: non-finite numbers are read, and judged later against the mesh") {
   const ScratchFolder scratch;
   add_hdf5_dataset(scratch / "t.h5", "a", {1, 3}, {std::numeric_limits<double>::quiet_NaN(), 1, 0});
   CHECK(std::isnan(read_tensor_dataset(scratch / "t.h5", "a", 1).values[0]));
@@ -77,7 +77,7 @@ TEST_CASE("read_tensor_dataset: every mistake is unreadable and names file and d
   CHECK(read_tensor_dataset(file, "good", 2).row_count() == 2);
 }
 
-TEST_CASE("read_tensor_dataset: an extent beyond all memory takes none") {
+TEST_CASE("read_tensor_dataset: an extent larger than memory allocates nothing") {
   const ScratchFolder scratch;
   const auto file = scratch / "huge.h5";
   // 6 x 2^62 wraps around to 2^63; x 8 bytes to 0.
@@ -87,7 +87,7 @@ TEST_CASE("read_tensor_dataset: an extent beyond all memory takes none") {
   check_fails(file, "terabytes", 12, "rows, but the mesh 12 vertices");
 }
 
-TEST_CASE("read_tensor_dataset: words are not numbers") {
+TEST_CASE("read_tensor_dataset: strings are not numbers") {
   const ScratchFolder scratch;
   const auto file = scratch / "words.h5";
   const hid_t word = H5Tcopy(H5T_C_S1);
@@ -97,7 +97,7 @@ TEST_CASE("read_tensor_dataset: words are not numbers") {
   check_fails(file, "words", 2, "read /words");
 }
 
-TEST_CASE("read_tensor_dataset: threads read one file") {
+TEST_CASE("read_tensor_dataset: several threads can read one file") {
   const ScratchFolder scratch;
   const auto file = scratch / "t.h5";
   for (int i = 0; i < 4; ++i) add_hdf5_dataset(file, std::to_string(i), {20, 3}, std::vector<double>(60, i));

@@ -28,7 +28,7 @@ void check_fails(const std::string& text, Status status, const std::string& sent
 
 }  // namespace
 
-TEST_CASE("read_tensor_table: rows of six and of three numbers, comments, blank lines") {
+TEST_CASE("read_tensor_table: rows of six or three numbers, comments, blank lines") {
   const TensorTable six =
       read("# xx xy xz yy yz zz\n1 0 0 2 0 3\n\n\t4.5 0 -1e-3 2 0 3  # second\r\n1 0 0 1 0 1");
   CHECK(six.columns == 6);

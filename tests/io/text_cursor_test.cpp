@@ -109,7 +109,7 @@ TEST_CASE("parse_number: text that is not a number is refused") {
     }
 }
 
-TEST_CASE("parse_whole_number: whole numbers with points and exponents, and no others") {
+TEST_CASE("parse_whole_number: integers written with points and exponents, and nothing else") {
   const auto whole = [](std::string_view text) {
     std::int64_t value = -77;
     const char* const next = text::parse_whole_number(text.data(), text.data() + text.size(), value);
@@ -124,7 +124,7 @@ TEST_CASE("parse_whole_number: whole numbers with points and exponents, and no o
     REQUIRE(whole(none) == -77);
 }
 
-TEST_CASE("parse_number: random decimals are rounded as strtod rounds them") {
+TEST_CASE("parse_number: random decimals are rounded as by strtod") {
   for (std::uint32_t i = 0; i < 200000; ++i) {
     const PhiloxBlock random = philox4x32({i, 0, 0, 0}, {1, 2});
     const std::uint32_t shape = random[0];
@@ -149,7 +149,7 @@ TEST_CASE("parse_number: random decimals are rounded as strtod rounds them") {
   }
 }
 
-TEST_CASE("parse_digits: integers saturate and stop at the first other byte") {
+TEST_CASE("parse_digits: integers saturate and end at the first non-digit") {
   const std::pair<const char*, std::int64_t> cases[] = {{"0", 0},
                                                         {"-7", -7},
                                                         {"+7", 7},
@@ -196,7 +196,7 @@ TEST_CASE("text cursor: tokens, comments and lines") {
   REQUIRE(text::line_of(text, cursor.at) == 4);
 }
 
-TEST_CASE("text cursor: what is quoted of a file is short and printable") {
+TEST_CASE("text cursor: quotations of a file are short and printable") {
   const std::string dirty =
       "ab\xFF"
       "cd ef";

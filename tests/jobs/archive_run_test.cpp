@@ -124,7 +124,7 @@ TEST_CASE("run: a second run, --reuse and describe find the models of a folder i
   CHECK_THAT(changed.out, ContainsSubstring("\"changed\":[\"chair/train/a.off\"]"));
 }
 
-TEST_CASE("run: archives in archives stand for folders too, one level deep, and deeper ones are named") {
+TEST_CASE("run: an archive in an archive is a folder, one level deep, and deeper ones are named") {
   const ScratchFolder scratch;
   put_all_kinds(scratch.path());
   put_models(scratch / "wide/set/folder/inner");
@@ -192,7 +192,7 @@ TEST_CASE("run: archives in archives stand for folders too, one level deep, and 
   CHECK(run_models({scratch / "c/ok.zip"}, scratch / "as_argument.h5").exit_code == 3);
 }
 
-TEST_CASE("run: members that cannot be read are rows, archives that cannot be read are named") {
+TEST_CASE("run: unreadable members are rows, unreadable archives are named") {
   const ScratchFolder scratch;
   fs::create_directories(scratch / "in");
   const std::string mesh = mesh_bytes(cube(), MeshFile::off);
@@ -243,7 +243,7 @@ TEST_CASE("run: members that cannot be read are rows, archives that cannot be re
              ContainsSubstring("cannot read the archive `") && ContainsSubstring("this is no tar archive"));
 }
 
-TEST_CASE("run, measure: members named one by one, lists of archives, equal ids") {
+TEST_CASE("run, measure: members can be named one by one, in lists of archives, and equal ids are refused") {
   const ScratchFolder scratch;
   put_all_kinds(scratch.path());
   const std::string zip = (scratch / "zip/set.zip").string(), tgz = (scratch / "tgz/set.tar.gz").string();
@@ -270,7 +270,8 @@ TEST_CASE("run, measure: members named one by one, lists of archives, equal ids"
   CHECK(over.exit_code == 2);
 }
 
-TEST_CASE("run: glTF with its buffers in a folder and in archives, and a change of a buffer") {
+TEST_CASE(
+    "run: glTF buffers in a folder and in archives give the same bytes, and a changed buffer is detected") {
   const ScratchFolder scratch;
   const fs::path folder = scratch / "folder/set";
   fs::create_directories(folder / "parts/more");

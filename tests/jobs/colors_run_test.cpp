@@ -50,7 +50,7 @@ Rgb color(const Samples& samples, std::size_t i) {
 
 }  // namespace
 
-TEST_CASE("run --colors: every sample has the colour of its place, and what is missing is counted") {
+TEST_CASE("run --colors: every sample has the color of its place, and missing ones are counted") {
   const ScratchFolder scratch;
   put_painted_models(scratch / "in");
   const ProcessResult result = run_colors(scratch / "in", scratch / "s.h5");
@@ -97,7 +97,7 @@ TEST_CASE("run --colors: every sample has the colour of its place, and what is m
   CHECK(verified.exit_code == 0);
 }
 
-TEST_CASE("run --colors: the points are those without colours") {
+TEST_CASE("run --colors: the points are the same as without colors") {
   const ScratchFolder scratch;
   put_painted_models(scratch / "in");
   REQUIRE(run_colors(scratch / "in", scratch / "plain.h5", {}).exit_code == 3);
@@ -133,7 +133,7 @@ TEST_CASE("run --colors: a folder, zip and tar with material libraries give the 
 }
 
 TEST_CASE(
-    "run --colors: shards, threads and a second run give the same bytes; describe and export keep them") {
+    "run --colors: shards, threads and a second run give the same bytes, and describe and export keep them") {
   const ScratchFolder scratch;
   put_painted_models(scratch / "in");
   REQUIRE(run_colors(scratch / "in", scratch / "s.h5", {"--colors", "-j", "1"}).exit_code == 3);
@@ -161,7 +161,7 @@ TEST_CASE(
     CHECK(static_cast<std::uint8_t>(ply[body + (i + 1) * row_bytes - 3]) == samples.rgb[3 * i]);
 }
 
-TEST_CASE("run --colors: a changed material library is noticed, and --reuse does not take its old colours") {
+TEST_CASE("run --colors: a changed material library is detected, and --reuse does not take its old colors") {
   const ScratchFolder scratch;
   put_painted_models(scratch / "in");
   REQUIRE(run_colors(scratch / "in", scratch / "old.h5").exit_code == 3);

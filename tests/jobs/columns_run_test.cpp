@@ -143,7 +143,7 @@ std::string labelled_binary(const std::string& type) {
 
 }  // namespace
 
-TEST_CASE("run --attribute: PLY of every kind, linear functions and numbers of faces") {
+TEST_CASE("run --attribute: PLY properties of every type, linear functions and face numbers") {
   const ScratchFolder scratch;
   put_models(scratch / "in");
   const ProcessResult result = run_columns(scratch / "in", scratch / "s.h5", all_columns);
@@ -170,7 +170,7 @@ TEST_CASE("run --attribute: PLY of every kind, linear functions and numbers of f
   }
 }
 
-TEST_CASE("run --attribute: attributes of glTF, and the numbers of its primitives") {
+TEST_CASE("run --attribute: glTF attributes and primitive numbers") {
   const ScratchFolder scratch;
   put_models(scratch / "in");
   REQUIRE(run_columns(scratch / "in", scratch / "s.h5", all_columns).exit_code == 3);
@@ -219,7 +219,7 @@ TEST_CASE("run --texcoord: each side of a cube has its own coordinates, with and
   }
 }
 
-TEST_CASE("run --attribute: what models lack is counted by column, in the summary and in info") {
+TEST_CASE("run --attribute: missing attributes are counted by column, in the summary and in info") {
   const ScratchFolder scratch;
   put_models(scratch / "in");
   const ProcessResult result =
@@ -278,7 +278,7 @@ TEST_CASE("run --attribute: threads, archives, kills and a second run give the s
   CHECK(read_file(scratch / "killed.h5") == expected);
 }
 
-TEST_CASE("run --attribute: shards of an array, and merged stores") {
+TEST_CASE("run --attribute: array shards and merged stores give the same bytes") {
   const ScratchFolder scratch;
   put_models(scratch / "in");
   REQUIRE(run_columns(scratch / "in", scratch / "one.h5", all_columns).exit_code == 3);
@@ -314,7 +314,7 @@ TEST_CASE("run --attribute: shards of an array, and merged stores") {
   CHECK_THAT(refused.err, ContainsSubstring("attributes"));
 }
 
-TEST_CASE("run --attribute: a store is continued, and reused, with the same columns only") {
+TEST_CASE("run --attribute: a store is continued, and reused, only with the same columns") {
   const ScratchFolder scratch;
   put_models(scratch / "in");
   REQUIRE(run_columns(scratch / "in", scratch / "old.h5", all_columns).exit_code == 3);
@@ -339,7 +339,7 @@ TEST_CASE("run --attribute: a store is continued, and reused, with the same colu
   CHECK(read_file(scratch / "new.h5") == read_file(scratch / "less.h5"));
 }
 
-TEST_CASE("run --attribute: names that are none are usage errors, all at once") {
+TEST_CASE("run --attribute: invalid names are usage errors, all reported at once") {
   const ScratchFolder scratch;
   put_models(scratch / "in");
   const ProcessResult result =
@@ -365,7 +365,7 @@ TEST_CASE("run --attribute: names that are none are usage errors, all at once") 
   CHECK(run_columns(scratch / "in", scratch / "s.h5", {"--store", "colour"}).exit_code == 2);
 }
 
-TEST_CASE("run --attribute: integers of vertices are classes, of the corner that is nearest") {
+TEST_CASE("run --attribute: integers at vertices are classes, taken from the nearest corner") {
   const ScratchFolder scratch;
   for (const bool binary : {false, true}) {
     const fs::path folder = scratch / (binary ? "binary" : "ascii");
@@ -415,7 +415,7 @@ TEST_CASE("run --attribute: integers of vertices are classes, of the corner that
             .exit_code == 2);
 }
 
-TEST_CASE("run --attribute: vectors of integers, values beyond int32, floats in columns of classes") {
+TEST_CASE("run --attribute: integer vectors, values beyond int32, and floats in class columns") {
   const ScratchFolder scratch;
   const std::string head =
                         "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
@@ -448,7 +448,7 @@ TEST_CASE("run --attribute: vectors of integers, values beyond int32, floats in 
   }
 }
 
-TEST_CASE("run --attribute: integers of glTF are classes, normalized ones are fractions") {
+TEST_CASE("run --attribute: glTF integers are classes, normalized ones are fractions") {
   const ScratchFolder scratch;
   GltfFile file;
   file.add_points({0, 0, 0, 1, 0, 0, 0, 1, 0});
@@ -481,7 +481,7 @@ TEST_CASE("run --attribute: integers of glTF are classes, normalized ones are fr
   }
 }
 
-TEST_CASE("run --attribute: one that no model has is named with those near it, and every run ends with 3") {
+TEST_CASE("run --attribute: one that no model has is named with similar names, and every run exits with 3") {
   const ScratchFolder scratch;
   fs::create_directories(scratch / "in");
   write_file(scratch / "in/a.ply", labelled_square("uchar"));
@@ -523,7 +523,7 @@ TEST_CASE("run --attribute: one that no model has is named with those near it, a
              !ContainsSubstring("no model has"));
 }
 
-TEST_CASE("run --attribute: the models that decide what a column holds are the first by id") {
+TEST_CASE("run --attribute: the type of a column is decided by the first models by id") {
   const ScratchFolder scratch;
   fs::create_directories(scratch / "in");
   write_mesh(scratch / "in/a.stl", cube());
@@ -634,7 +634,7 @@ TEST_CASE("run --attribute: parts.obj of the shared cases is half seat and half 
   CHECK(row.names == R"({"object":["seat","leg"]})");
 }
 
-TEST_CASE("run --attribute: scene.ply of the shared cases has the labels 1 and 40 alone") {
+TEST_CASE("run --attribute: scene.ply of the shared cases has only the labels 1 and 40") {
   const fs::path scene = fs::path(MEANDER_SHARED_DATA) / "../cases/integer_labels/scene.ply";
   if (!fs::exists(scene)) {
     WARN("skipped: " << scene.string() << " is not there");
@@ -652,7 +652,7 @@ TEST_CASE("run --attribute: scene.ply of the shared cases has the labels 1 and 4
   CHECK((ones > points_each / 3 && ones < 2 * points_each / 3));
 }
 
-TEST_CASE("run --store: kept columns are those of the whole store, and every reader says what it lacks") {
+TEST_CASE("run --store: kept columns equal those of the full store, and every reader says what is missing") {
   const ScratchFolder scratch;
   put_models(scratch / "in");
   const Words describe = {"--label-from-folder"};
@@ -718,7 +718,7 @@ TEST_CASE("run --store: kept columns are those of the whole store, and every rea
              ContainsSubstring("property float nz\nproperty float density\nend_header\n"));
 }
 
-TEST_CASE("surface --store: parametric surfaces without some of their columns") {
+TEST_CASE("surface --store: parametric surfaces can omit some of their columns") {
   const ScratchFolder scratch;
   const auto run_surface = [&](const char* name, const Words& more) {
     const Words words = {"surface", "torus", "-n", "200", "-o", (scratch / name).string()};
@@ -740,7 +740,7 @@ TEST_CASE("surface --store: parametric surfaces without some of their columns") 
           "property double z\nproperty float u\nproperty float v\nproperty float density\nend_header"));
 }
 
-TEST_CASE("export --arrays: texture coordinates and attributes") {
+TEST_CASE("export --arrays: texture coordinates and attributes are written") {
   const ScratchFolder scratch;
   put_models(scratch / "in");
   REQUIRE(run_columns(scratch / "in", scratch / "s.h5", all_columns).exit_code == 3);

@@ -61,7 +61,7 @@ struct Example {
 
 }  // namespace
 
-TEST_CASE("plain_count: exponents and units of whole numbers, anything else as it is") {
+TEST_CASE("plain_count: expands exponents and units of integers, and leaves anything else unchanged") {
   CHECK(plain_count("1e3") == "1000");
   CHECK(plain_count("2k") == "2000");
   CHECK(plain_count("1.5M") == "1500000");
@@ -85,7 +85,7 @@ TEST_CASE("command line: counts take exponents and units, and are checked as num
   CHECK(Example().problem({"draw", "a", "--seed", "1.5"}) == "--seed: `1.5` is not a whole number");
 }
 
-TEST_CASE("command line: a misspelt command is corrected, a missing one is asked for") {
+TEST_CASE("command line: a misspelled command gets a suggestion, a missing one is asked for") {
   CHECK(Example().problem({"darw", "a.png"}) == "`darw` is not a command, did you mean `draw`?");
   CHECK(Example().problem({"paint"}) == "`paint` is not a command: the commands are draw, ask");
   CHECK(Example().problem({}) == "a command is missing: draw, ask");
@@ -193,7 +193,7 @@ std::string recorded(const Shape& shape) {
   return json_of(std::move(members));
 }
 
-TEST_CASE("settings: one row is an option and a member of the stored parameters") {
+TEST_CASE("settings: one row defines an option and a member of the stored parameters") {
   const auto [shape, problems] =
       shape_of({"--curve=peano", "--bold", "-c", "5", "--share", "0.75", "--name", "a,b", "--name", "c"});
   CHECK(problems.empty());
@@ -202,7 +202,7 @@ TEST_CASE("settings: one row is an option and a member of the stored parameters"
   CHECK(recorded(Shape{}) == R"({"area":1,"bold":false,"count":4,"curves":0.5,"curve_kind":"hilbert"})");
 }
 
-TEST_CASE("settings: texts, ranges and settings that do not act are problems") {
+TEST_CASE("settings: invalid texts, ranges and settings without effect are problems") {
   CHECK(shape_of({"--name", "a!"}).second == std::vector<std::string>{"--name: `!` is no name"});
   CHECK(shape_of({"--bold", "--count", "9"}).second ==
         std::vector<std::string>{"count is 9, must be 1 to 8"});
@@ -210,7 +210,7 @@ TEST_CASE("settings: texts, ranges and settings that do not act are problems") {
   CHECK(shape_of({}).second.empty());
 }
 
-TEST_CASE("settings: stored parameters are read back, and what differs is noted") {
+TEST_CASE("settings: stored parameters are read back, and differences are noted") {
   Shape shape;
   GivenSettings given;
   const std::map<std::string, std::string> stored = {
@@ -226,7 +226,7 @@ TEST_CASE("settings: stored parameters are read back, and what differs is noted"
         "parameter \"curve_kind\": `peanno` is none of hilbert|peano|peano-meander; did you mean `peano`?");
 }
 
-TEST_CASE("command line: bytes, seconds and the nearest word") {
+TEST_CASE("command line: parses bytes and seconds, and suggests the nearest word") {
   CHECK(parse_bytes("512M") == std::uint64_t{512} << 20);
   CHECK(parse_bytes("1.5GiB") == std::uint64_t{3} << 29);
   CHECK(parse_bytes("100") == 100);

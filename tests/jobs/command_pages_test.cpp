@@ -75,7 +75,7 @@ std::vector<std::string> offered(const fs::path& completion, std::string_view pr
 
 }  // namespace
 
-TEST_CASE("pages: a manual page for every command that is shown, with all that it takes") {
+TEST_CASE("pages: every visible command has a manual page with all its options") {
   Example example;
   const auto pages = example.pages();
   std::vector<std::string> names;
@@ -106,7 +106,7 @@ TEST_CASE("pages: a manual page for every command that is shown, with all that i
   CHECK(pages == Example().pages());
 }
 
-TEST_CASE("pages: bash completes commands, options, the words of options and files") {
+TEST_CASE("pages: bash completes commands, options, option values and files") {
   const ScratchFolder folder;
   const fs::path script = folder / "completion";
   Example example;
@@ -131,7 +131,7 @@ TEST_CASE("pages: bash completes commands, options, the words of options and fil
   CHECK(complete({"draw", "-o", "ask", "--sh"}) == Words{"--share"});  // the value of -o is no command
 }
 
-TEST_CASE("pages: the program writes those of its own options") {
+TEST_CASE("pages: the program writes the pages of its own options") {
   const ScratchFolder folder;
   const ProcessResult written = meander_with({"pages", (folder / "share").string()});
   REQUIRE(written.exit_code == 0);
@@ -192,7 +192,7 @@ TEST_CASE("pages: the program writes those of its own options") {
   }
 }
 
-TEST_CASE("version: the program names the libraries and the instruction set") {
+TEST_CASE("version: the program names its libraries and the instruction set") {
   const ProcessResult said = meander_with({"--version"});
   CHECK(said.exit_code == 0);
   CHECK(said.out.starts_with("meander "));

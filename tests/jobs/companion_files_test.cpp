@@ -87,7 +87,7 @@ void put_shapenet(const fs::path& root, const std::string& model = "aaaa0001") {
 
 }  // namespace
 
-TEST_CASE("companion files: images beside the folder of the models are found in folders and archives") {
+TEST_CASE("companion files: images next to the model folder are found in folders and archives") {
   const ScratchFolder scratch;
   put_shapenet(scratch / "ShapeNetCore.v2");
   write_file(scratch / "a.zip", zip_bytes(entries_of(scratch / "ShapeNetCore.v2", "ShapeNetCore.v2/")));
@@ -102,7 +102,7 @@ TEST_CASE("companion files: images beside the folder of the models are found in 
   }
 }
 
-TEST_CASE("companion files: the points are those of a run without colours") {
+TEST_CASE("companion files: the points are the same as without colors") {
   const ScratchFolder scratch;
   put_shapenet(scratch / "in");
   REQUIRE(run_with(scratch / "in", scratch / "a.h5").exit_code == 0);
@@ -111,7 +111,7 @@ TEST_CASE("companion files: the points are those of a run without colours") {
         StoreReader(scratch / "b.h5").read_row(0).samples.points);
 }
 
-TEST_CASE("companion files: names lead up to the folder of the input and no further") {
+TEST_CASE("companion files: paths reach up to the input folder and no further") {
   const ScratchFolder scratch;
   put_shapenet(scratch / "set");
   const fs::path model = scratch / "set/03001627/aaaa0001/models";
@@ -142,7 +142,7 @@ TEST_CASE("companion files: names lead up to the folder of the input and no furt
   CHECK(colors_of(row_of_input(scratch / "deep")) == std::set{Rgb{9, 9, 9}});
 }
 
-TEST_CASE("companion files: names of archives lead to all members and not out of the archive") {
+TEST_CASE("companion files: paths in archives reach all members and never leave the archive") {
   const ScratchFolder scratch;
   const auto zip = [&](const std::string& image) {
     fs::create_directories(scratch / "in/a/models");
@@ -185,7 +185,7 @@ TEST_CASE("companion files: links do not lead out of the input") {
   check_halves(StoreReader(scratch / "s.h5").read_row(0));
 }
 
-TEST_CASE("companion files: one that was missing and is there later changes the row") {
+TEST_CASE("companion files: one that was missing and appears later changes the row") {
   const ScratchFolder scratch;
   put_shapenet(scratch / "in");
   const fs::path image = scratch / "in/03001627/aaaa0001/images/texture0.jpg";
@@ -201,7 +201,7 @@ TEST_CASE("companion files: one that was missing and is there later changes the 
   check_halves(StoreReader(scratch / "s.h5").read_row(0));
 }
 
-TEST_CASE("companion files: buffers of glTF beside the folder of the model count as its content") {
+TEST_CASE("companion files: glTF buffers next to the model folder are part of its content") {
   const ScratchFolder scratch;
   GltfFile file;
   file.add_points(gltf_cube_points);
@@ -250,7 +250,7 @@ TEST_CASE("companion files: names in another case, normal form or Latin-1 are fo
   }
 }
 
-TEST_CASE("companion files: libraries with marks, other line ends and capitals, and odd names of libraries") {
+TEST_CASE("companion files: material libraries with a BOM, other line ends, capitals and unusual names") {
   const ScratchFolder scratch;
   const std::string plain = library_of("t.png");
   const auto utf16 = [](const std::string& text) {
@@ -295,7 +295,7 @@ TEST_CASE("companion files: libraries with marks, other line ends and capitals, 
   }
 }
 
-TEST_CASE("companion files: what is lost is in the store, the summary, info and JSON, by its name") {
+TEST_CASE("companion files: lost files are named in the store, the summary, info and JSON") {
   const ScratchFolder scratch;
   fs::create_directories(scratch / "in");
   const auto model = [&](const std::string& name, const std::string& library) {
@@ -347,7 +347,7 @@ TEST_CASE("companion files: what is lost is in the store, the summary, info and 
   CHECK(meander_with({"verify", (scratch / "s.h5").string()}).exit_code == 0);
 }
 
-TEST_CASE("run --strict: models with such notes are incomplete, and done again once nothing is missing") {
+TEST_CASE("run --strict: models with the given notes are incomplete, and redone once nothing is missing") {
   const ScratchFolder scratch;
   put_shapenet(scratch / "in", "aaaa0001");
   put_shapenet(scratch / "in", "bbbb0002");
@@ -378,7 +378,7 @@ TEST_CASE("run --strict: models with such notes are incomplete, and done again o
   check_halves(row_of(scratch / "s.h5", id));
 }
 
-TEST_CASE("run --strict: words that are no notes, and notes on colours without --colors, are refused") {
+TEST_CASE("run --strict: unknown words, and notes on colors without --colors, are refused") {
   const ScratchFolder scratch;
   put_shapenet(scratch / "in");
   const ProcessResult word =

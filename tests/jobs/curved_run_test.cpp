@@ -55,7 +55,7 @@ std::vector<double> moves(const fs::path& mesh, const ScratchFolder& scratch) {
 
 }  // namespace
 
-TEST_CASE("run --curved: points of coarse spheres lie on the sphere to fourth order, flat ones to second") {
+TEST_CASE("run --curved: points on coarse spheres are fourth-order accurate, flat ones second-order") {
   const ScratchFolder scratch;
   for (const char* method : {"auto", "conformal", "direct"}) {
     double flat[2], curved[2];
@@ -77,14 +77,14 @@ TEST_CASE("run --curved: points of coarse spheres lie on the sphere to fourth or
   }
 }
 
-TEST_CASE("run --curved: flat faces between creases stay where they are") {
+TEST_CASE("run --curved: flat faces between creases do not move") {
   const ScratchFolder scratch;
   write_mesh(scratch / "cube.off", cube());
   const std::vector<double> of_cube = moves(scratch / "cube.off", scratch);
   CHECK(*std::max_element(of_cube.begin(), of_cube.end()) < 1e-7);
 }
 
-TEST_CASE("run --curved: of a part with planes and roundings only the roundings move") {
+TEST_CASE("run --curved: on a part with planes and fillets only the fillets move") {
   MEANDER_NEEDS_SHARED_DATA();
   const ScratchFolder scratch;
   const std::vector<double> of_part = moves(shared_data("paper/fandisk.off"), scratch);
@@ -95,7 +95,7 @@ TEST_CASE("run --curved: of a part with planes and roundings only the roundings 
   CHECK(*std::max_element(of_part.begin(), of_part.end()) < 0.002);
 }
 
-TEST_CASE("run --curved: with normalised coordinates and descriptors, for any threads") {
+TEST_CASE("run --curved: the same bytes for any threads, with normalized coordinates and descriptors") {
   const ScratchFolder scratch;
   fs::create_directories(scratch / "in");
   write_mesh(scratch / "in/ball.off", moved(icosphere(1), 50, 1000, -2000, 3000));

@@ -101,7 +101,7 @@ void check_refused(const Sampled& sampled, const std::string& damaged) {
 
 }  // namespace
 
-TEST_CASE("damaged store: every command that reads one ends with a sentence, exit 2 and no output") {
+TEST_CASE("damaged store: every command that reads one ends with a message, exit 2 and no output") {
   const Sampled sampled;
   const std::string good = read_file(sampled.store);
   const std::string damaged = sampled.scratch / "damaged.h5";
@@ -117,7 +117,8 @@ TEST_CASE("damaged store: every command that reads one ends with a sentence, exi
 }
 
 TEST_CASE(
-    "damaged store: the same commands read a whole one, and --trust reads one whose first block is wrong") {
+    "damaged store: the same commands read an undamaged one, and --trust reads one with a wrong first "
+    "block") {
   const Sampled sampled;
   std::string bytes = read_file(sampled.store);
   bytes[20] = static_cast<char>(bytes[20] ^ 1);  // of the text in the first block, which HDF5 does not read

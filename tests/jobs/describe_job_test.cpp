@@ -14,6 +14,7 @@
 #include "support/catch.h"
 #include "support/meander_program.h"
 #include "support/mesh_files.h"
+#include "support/sanitized.h"
 #include "support/store_rows.h"
 #include "support/test_meshes.h"
 
@@ -108,11 +109,11 @@ TEST_CASE("describe: the same bytes as run --describe, at once and in steps, for
   CHECK(same_bytes(c.path("plain.h5"), c.path("all.h5")));
 }
 
-TEST_CASE("describe: parts of the rows, merged, are what one process makes") {
+TEST_CASE("describe: row ranges, merged, equal the result of one process") {
   const Collection models;
   models.sample("s.h5");
   REQUIRE(models.describe("s.h5", {"-o", models.path("whole.h5"), "--descriptors", "d2,a3"}).exit_code == 0);
-  for (const int shards : {1, 2, 5, 9}) {
+  for (const int shards : thinned<int>(2, {9, 2, 1, 5})) {
     std::vector<std::string> parts;
     for (int i = shards - 1; i >= 0; --i) {
       const std::string part = models.path(("part" + std::to_string(i) + ".h5").c_str());
@@ -146,7 +147,7 @@ TEST_CASE("describe: parts of the rows, merged, are what one process makes") {
   fails({"--shard", "two", "-o", models.path("t.h5")}, "is not of the form i/n");
 }
 
-TEST_CASE("describe: a missing or changed mesh is a problem of its row alone") {
+TEST_CASE("describe: a missing or changed mesh fails its row alone") {
   const Collection c;
   c.sample("s.h5");
   c.sample("whole.h5", {"--describe", "d2,geodesic"});
@@ -178,7 +179,7 @@ TEST_CASE("describe: a missing or changed mesh is a problem of its row alone") {
   CHECK(contains(query.out, "\"not_finite\":2"));
 }
 
-TEST_CASE("describe: rows that no time is left for are NaN and named, and the store is finished") {
+TEST_CASE("describe: rows that time out are NaN and named, and the store is finished") {
   const Collection c;
   for (const char* descriptors : {"d1,a3", "d2,geodesic"}) {
     c.sample("s.h5", {"--fresh"});
@@ -198,7 +199,7 @@ TEST_CASE("describe: rows that no time is left for are NaN and named, and the st
   }
 }
 
-TEST_CASE("describe: when killed, the old store is whole and the same command continues") {
+TEST_CASE("describe: when killed, the old store is intact and the same command resumes") {
   const Collection c;
   c.sample("s.h5", {"--describe", "a3"});
   c.sample("all.h5", {"--describe", "a3,d2,geodesic", "--geodesic-sources", "0"});
@@ -259,7 +260,7 @@ TEST_CASE("describe: rows that failed before a kill are still listed at the end"
   CHECK(same_bytes(c.path("s.h5"), c.path("made.h5")));
 }
 
-TEST_CASE("describe: a descriptor that a model does not have is named, by run, info and describe") {
+TEST_CASE("describe: a descriptor that a model lacks is named by run, info and describe") {
   const ScratchFolder scratch;
   fs::create_directories(scratch / "in");
   write_mesh(scratch / "in/ball.off", icosphere(3));
@@ -281,7 +282,7 @@ TEST_CASE("describe: a descriptor that a model does not have is named, by run, i
   CHECK(same_bytes(later, both));
 }
 
-TEST_CASE("describe: the parameters say what every descriptor was made with") {
+TEST_CASE("describe: the parameters of every descriptor are recorded") {
   const Collection c;
   c.sample("s.h5", {"--describe", "d2"});
   REQUIRE(c.describe("s.h5", {"--descriptors", "a3,d1", "--bins", "64"}).exit_code == 0);
@@ -409,7 +410,7 @@ TEST_CASE("basics: retrieve scales every value, whatever its range") {
   CHECK(contains(result.out, "\"distance\":2."));  // in deviations, not in thousands
 }
 
-TEST_CASE("export of descriptors: CSV and fbin") {
+TEST_CASE("export of descriptors: CSV and fbin are written") {
   const Collection c;
   c.sample("s.h5", {"--describe", "d2,basics", "--bins", "8", "--label-from-folder"});
   const auto run_export = [&](const std::vector<std::string>& more) {
@@ -482,7 +483,7 @@ TEST_CASE("export of descriptors: neither the store nor anything but a regular f
   CHECK(contains(read_file(c.path("far.csv")), "ball.off"));
 }
 
-TEST_CASE("describe and export: a limit on file sizes is reported, and describe continues") {
+TEST_CASE("describe and export: a file size limit is reported, and describe resumes") {
   const Collection c;
   c.sample("s.h5", {"--describe", "d2", "--bins", "1024"});
   const std::string before = read_file(c.path("s.h5"));
@@ -534,7 +535,7 @@ TEST_CASE("export of descriptors: mistakes are usage errors") {
                  "there are 4 rows to search"));
 }
 
-TEST_CASE("describe: a store of format version 1 becomes one of this version") {
+TEST_CASE("describe: a store of format version 1 becomes one of the current version") {
   const ScratchFolder scratch;
   const fs::path old = fs::path(MEANDER_SOURCE_DIR) / "tests/support/version1_store.h5";
   const std::string store = scratch / "s.h5";

@@ -98,7 +98,7 @@ void check_kept(const ScratchFolder& scratch, const std::string& name, bool need
 
 }  // namespace
 
-TEST_CASE("run --describe: every ok row has histograms of sum 1, the same bytes for any threads") {
+TEST_CASE("run --describe: every ok row has histograms that sum to 1, with the same bytes for any threads") {
   const ScratchFolder scratch;
   std::filesystem::create_directories(scratch / "in");
   write_mesh(scratch / "in/ball.off", icosphere(3));
@@ -168,7 +168,7 @@ TEST_CASE("run --describe: mistakes are usage errors") {
   CHECK(error_of({"--density-floor", "0.1"}).find("curvature") != std::string::npos);
 }
 
-TEST_CASE("harmonics: kept by motion and sense of faces and other triangles and samples") {
+TEST_CASE("harmonics: invariant to motion and face orientation, stable under other triangles and samples") {
   const ScratchFolder scratch;
   check_kept(scratch, "harmonics", false, two_sided_plate(2, 0.5), two_sided_plate(7, 0.5),
              two_sided_plate(2, 0.2), [](const std::vector<float>& a, const std::vector<float>& b) {
@@ -181,7 +181,7 @@ TEST_CASE("harmonics: kept by motion and sense of faces and other triangles and 
   CHECK(bins.err.find("--bins applies to d2, a3, d1, d3, d4 and geodesic only") != std::string::npos);
 }
 
-TEST_CASE("shapedna: kept by motion and sense of faces and other triangles and samples") {
+TEST_CASE("shapedna: invariant to motion and face orientation, stable under other triangles and samples") {
   const ScratchFolder scratch;
   check_kept(scratch, "shapedna", true, torus(40, 24), torus(64, 30), two_sided_plate(2, 0.2),
              [](const std::vector<float>& a, const std::vector<float>& b) {
@@ -193,7 +193,7 @@ TEST_CASE("shapedna: kept by motion and sense of faces and other triangles and s
              });
 }
 
-TEST_CASE("views: kept by motion and sense of faces and other triangles and samples") {
+TEST_CASE("views: invariant to motion and face orientation, stable under other triangles and samples") {
   const ScratchFolder scratch;
   check_kept(scratch, "views", true, stretched(two_sided_plate(2, 0.5), 2),
              stretched(two_sided_plate(7, 0.5), 2), stretched(two_sided_plate(2, 0.2), 2),

@@ -46,7 +46,7 @@ std::string box_text() {
 
 }  // namespace
 
-TEST_CASE("run: coordinates beyond float32 make whole stores, and export writes those of the file") {
+TEST_CASE("run: coordinates beyond float32 make valid stores, and export writes the file coordinates") {
   const ScratchFolder scratch;
   const fs::path models = scratch / "models";
   fs::create_directories(models);
@@ -102,7 +102,7 @@ TEST_CASE("run: coordinates beyond float32 make whole stores, and export writes 
   }
 }
 
-TEST_CASE("surface: coordinates beyond float32") {
+TEST_CASE("surface: coordinates beyond float32 make valid stores") {
   const ScratchFolder scratch;
   const auto patch = [&](const std::string& name, const std::string& a) {
     const fs::path path = scratch / name;

@@ -63,7 +63,7 @@ void draw(const ScratchFolder& scratch, const char* only) {
 
 }  // namespace
 
-TEST_CASE("figures: the quick ones chosen are drawn with their data, and the page shows them") {
+TEST_CASE("figures: selected quick figures are drawn with their data and shown on the page") {
   MEANDER_NEEDS_FIGURES();
   const ScratchFolder scratch;
   draw(scratch, "1,2,3,6,8,21,point-sets");
@@ -77,7 +77,7 @@ TEST_CASE("figures: the quick ones chosen are drawn with their data, and the pag
   }
 }
 
-TEST_CASE("figures: meshes of samples stand beside simplified ones of as many vertices") {
+TEST_CASE("figures: meshes of samples are shown next to simplified ones with as many vertices") {
   MEANDER_NEEDS_FIGURES();
   const ScratchFolder scratch;
   write_mesh(scratch / "ring.off", torus(64, 32));
@@ -98,7 +98,8 @@ TEST_CASE("figures: meshes of samples stand beside simplified ones of as many ve
 }
 
 TEST_CASE(
-    "figures: splats, views and remeshed models; ellipses leave less white than discs of the same area") {
+    "figures: splats, views and remeshed models are drawn, and ellipses leave less white than discs of the "
+    "same area") {
   MEANDER_NEEDS_FIGURES();
   const ScratchFolder scratch;
   write_mesh(scratch / "ring.off", torus(48, 24));
@@ -148,7 +149,7 @@ TEST_CASE("figures: the same seed gives the same files, for one thread and two")
 }
 
 TEST_CASE(
-    "figures: a mesh that cannot be sampled is said on the page, the others are drawn; far from the origin "
+    "figures: a mesh that cannot be sampled is named on the page, the others are drawn, far from the origin "
     "too") {
   MEANDER_NEEDS_FIGURES();
   const ScratchFolder scratch;
@@ -168,7 +169,7 @@ TEST_CASE(
   CHECK(std::stod(slopes.substr(at + 10)) < -0.6);
 }
 
-TEST_CASE("figures: an unknown figure and a mesh of quadrilaterals are usage errors") {
+TEST_CASE("figures: an unknown figure and a quadrilateral mesh are usage errors") {
   MEANDER_NEEDS_FIGURES();
   const ScratchFolder scratch;
   const ProcessResult unknown = run_process({program, "figures", "-o", scratch / "out", "--only", "4-plain"});
@@ -181,7 +182,7 @@ TEST_CASE("figures: an unknown figure and a mesh of quadrilaterals are usage err
   CHECK(quads.err.find("not triangles") != std::string::npos);
 }
 
-TEST_CASE("figures: histograms of distances are drawn, tabled and judged, the same for one thread and two") {
+TEST_CASE("figures: distance histograms are drawn, tabulated and compared, the same for one thread and two") {
   MEANDER_NEEDS_FIGURES();
   const ScratchFolder scratch;
   write_mesh(scratch / "ball.off", icosphere(2));
@@ -258,7 +259,7 @@ TEST_CASE("figures: histograms of distances are drawn, tabled and judged, the sa
   }
 }
 
-TEST_CASE("figures: sets of spaced samples are drawn") {
+TEST_CASE("figures: spaced sample sets are drawn") {
   MEANDER_NEEDS_FIGURES();
   const ScratchFolder scratch;
   draw(scratch, "spaced-sets");
@@ -269,7 +270,8 @@ TEST_CASE("figures: sets of spaced samples are drawn") {
 }
 
 // Measures of many sets: a minute and a half with sanitizers.
-TEST_CASE("figures: spaced samples by every measure, the same for one thread and two", "[statistics]") {
+TEST_CASE("figures: spaced samples are judged by every measure, the same for one thread and two",
+          "[statistics]") {
   MEANDER_NEEDS_FIGURES();
   const ScratchFolder scratch;
   write_mesh(scratch / "ball.off", icosphere(3));
@@ -324,7 +326,7 @@ TEST_CASE("figures: spaced samples by every measure, the same for one thread and
   }
 }
 
-TEST_CASE("figures: samples drawn by lifted areas lose the error of the tessellation", "[statistics]") {
+TEST_CASE("figures: sampling by lifted areas removes the tessellation error", "[statistics]") {
   MEANDER_NEEDS_FIGURES();
   const ScratchFolder scratch;
   const ProcessResult result =
@@ -341,8 +343,9 @@ TEST_CASE("figures: samples drawn by lifted areas lose the error of the tessella
     }
 }
 
-TEST_CASE("figures: on the survey's models low discrepancy beats random, and curved samples have no floor",
-          "[slow]") {
+TEST_CASE(
+    "figures: on the survey's models low discrepancy beats random, and curved samples have no error floor",
+    "[slow]") {
   MEANDER_NEEDS_FIGURES();
   MEANDER_NEEDS_SHARED_DATA();
   const ScratchFolder scratch;

@@ -52,7 +52,7 @@ double mean_height(const Samples& samples) {
 
 }  // namespace
 
-TEST_CASE("run --density formula: every model is sampled by it, and the store says by which") {
+TEST_CASE("run --density formula: every model is sampled by it, and the store records it") {
   const ScratchFolder scratch;
   input_folder(scratch);
   write_mesh(scratch / "in/ball.ply", icosphere(3));
@@ -80,7 +80,7 @@ TEST_CASE("run --density formula: every model is sampled by it, and the store sa
         Approx(35 + 10 * (1 + 4 / 3.0) / 3).margin(0.01));
 }
 
-TEST_CASE("run --density formula: texture coordinates are read for it, and a model without them says so") {
+TEST_CASE("run --density formula: texture coordinates are read for it, and a model without them is named") {
   const ScratchFolder scratch;
   input_folder(scratch);
   write_file(scratch / "in/with.obj",
@@ -114,7 +114,7 @@ TEST_CASE("run --density formula: mistakes in it are usage errors, and nothing i
   says("formula:1 + z", "--density-floor applies", {"--density-floor", "0.5"});
 }
 
-TEST_CASE("run --tensor formula: spacings by formula, with texture coordinates, resumed as they were") {
+TEST_CASE("run --tensor formula: spacings by formula, with texture coordinates, resume to identical bytes") {
   const ScratchFolder scratch;
   input_folder(scratch);
   write_file(scratch / "in/sheet.obj",
@@ -140,8 +140,7 @@ TEST_CASE("run --tensor formula: spacings by formula, with texture coordinates, 
   CHECK(read_file(scratch / "a.h5") == read_file(scratch / "b.h5"));
 }
 
-TEST_CASE(
-    "run and remesh --density formula: the parameters of a store are those of its queries and of a mesh") {
+TEST_CASE("run and remesh --density formula: the stored parameters serve queries and meshes") {
   const ScratchFolder scratch;
   input_folder(scratch);
   write_mesh(scratch / "in/ball.ply", icosphere(2));
@@ -160,7 +159,7 @@ TEST_CASE(
   CHECK(mesh.exit_code == 0);
 }
 
-TEST_CASE("surface: three formulas are a surface, with exact derivatives") {
+TEST_CASE("surface: three formulas define a surface with exact derivatives") {
   const ScratchFolder scratch;
   const std::string torus =
       "(1 + 0.5*cos(2*pi*v))*cos(2*pi*u), (1 + 0.5*cos(2*pi*v))*sin(2*pi*u), 0.5*sin(2*pi*v)";
@@ -187,7 +186,7 @@ TEST_CASE("surface: three formulas are a surface, with exact derivatives") {
   CHECK(reader.report(0).measure == Approx(StoreReader(scratch / "t.h5").report(0).measure).epsilon(1e-6));
 }
 
-TEST_CASE("surface: a formula that is none, or not finite, says where") {
+TEST_CASE("surface: an invalid or non-finite formula is reported with its position") {
   const ScratchFolder scratch;
   const auto says = [&](const std::string& formula, int exit_code, const std::string& text) {
     CAPTURE(formula);

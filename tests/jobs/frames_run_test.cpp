@@ -66,8 +66,7 @@ Spread spread_of(const Samples& samples) {
 
 }  // namespace
 
-TEST_CASE(
-    "run --normalize: each word has its frame, and loc and scale lead back to the same file coordinates") {
+TEST_CASE("run --normalize: each mode has its frame, and loc and scale lead back to the file coordinates") {
   const ScratchFolder scratch;
   put_models(scratch / "in");
   for (const std::string& word : normalizations) {
@@ -112,7 +111,7 @@ TEST_CASE(
 }
 
 TEST_CASE(
-    "run --normalize pointnet: all samples define it, and bytes are the same for any threads and shards") {
+    "run --normalize pointnet: all samples define the frame, the same bytes for any threads and shards") {
   const ScratchFolder scratch;
   put_models(scratch / "in");
   for (const std::vector<std::string>& more : {std::vector<std::string>{"-n", "2048"},
@@ -164,7 +163,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("run --normalize pointnet: a large set is made block by block as in memory, for any threads") {
+TEST_CASE("run --normalize pointnet: a large set in blocks equals one in memory, for any threads") {
   const ScratchFolder scratch;
   fs::create_directories(scratch / "in");
   write_mesh(scratch / "in/a.off", moved(merged(icosphere(2), moved(cube(), 0.2, 3, 0, 0)), 7, 100, -50, 20));
@@ -189,7 +188,7 @@ TEST_CASE("run --normalize pointnet: a large set is made block by block as in me
   CHECK(whole.report.scale == row.report.scale);
 }
 
-TEST_CASE("export --frame: PLY, OFF and XYZ in either frame, and the file says in which") {
+TEST_CASE("export --frame: PLY, OFF and XYZ are written in either frame, and say which") {
   const ScratchFolder scratch;
   put_models(scratch / "in");
   const fs::path store = scratch / "s.h5";
@@ -232,7 +231,7 @@ TEST_CASE("export --frame: PLY, OFF and XYZ in either frame, and the file says i
              read_file(scratch / (format + "file") / (id + "." + format))));
 }
 
-TEST_CASE("export --frame: arrays say their frame, and what has none refuses the option") {
+TEST_CASE("export --frame: arrays say their frame, and formats without one refuse the option") {
   const ScratchFolder scratch;
   put_models(scratch / "in");
   const fs::path store = scratch / "s.h5";

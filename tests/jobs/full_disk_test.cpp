@@ -93,7 +93,7 @@ void check_without_room(const std::vector<std::string>& command, const fs::path&
 
 }  // namespace
 
-TEST_CASE("outputs: a limit on file sizes is reported, the old files stay and no partial file is left") {
+TEST_CASE("outputs: a file size limit is reported, the old files stay and no partial file is left") {
   const Exports exports;
   for (const std::vector<std::string>& command : exports.commands(exports.scratch.path())) {
     check_without_room(command, exports.scratch.path(), "File too large", [] {

@@ -93,7 +93,7 @@ TEST_CASE("collect_inputs: several folders are distinguished by their names, equ
   CHECK_THROWS_AS(collect_inputs({(scratch / "nowhere").string()}), UsageError);
 }
 
-TEST_CASE("collect_inputs: a file named explicitly always makes a row, lists keep their paths") {
+TEST_CASE("collect_inputs: an explicitly named file always makes a row, lists keep their paths") {
   const ScratchFolder scratch;
   write_file(scratch / "strange.xyz", "");
   write_file(scratch / "list.txt", "\xef\xbb\xbf# comment\n\n \t\r\nsome/where/a.off\r\n./b.obj\n");
@@ -106,7 +106,7 @@ TEST_CASE("collect_inputs: a file named explicitly always makes a row, lists kee
   CHECK_FALSE(inputs.items[2].known_format);
 }
 
-TEST_CASE("collect_inputs: Princeton classifications give labels and files of the database") {
+TEST_CASE("collect_inputs: Princeton classifications give labels and the files of the database") {
   const ScratchFolder scratch;
   std::filesystem::create_directories(scratch / "db/1/m123");
   write_file(scratch / "db/1/m123/m123.off", "");
@@ -144,7 +144,7 @@ TEST_CASE("collect_inputs: links to folders and files are followed, each link is
   CHECK(inputs.notes.links_back == 0);
 }
 
-TEST_CASE("collect_inputs: links that lead back end, and are counted") {
+TEST_CASE("collect_inputs: cyclic links end, and are counted") {
   const ScratchFolder scratch;
   put_file(scratch / "set/a/x.off");
   put_file(scratch / "set/b/y.off");
@@ -158,8 +158,7 @@ TEST_CASE("collect_inputs: links that lead back end, and are counted") {
   CHECK(inputs.notes.unread.empty());
 }
 
-TEST_CASE(
-    "collect_inputs: what a broken link may have held is named, and one that ends like a mesh is a row") {
+TEST_CASE("collect_inputs: broken links are named, and one with a mesh extension is a row") {
   const ScratchFolder scratch;
   put_file(scratch / "set/a.off");
   fs::create_symlink("nowhere", scratch / "set/chair");
@@ -174,7 +173,7 @@ TEST_CASE(
   CHECK_THAT(inputs.notes.unread[1].reason, ContainsSubstring("symbolic links"));
 }
 
-TEST_CASE("collect_inputs: a folder that cannot be read is named, the others are searched") {
+TEST_CASE("collect_inputs: an unreadable folder is named, the others are searched") {
   const ScratchFolder scratch;
   put_file(scratch / "set/open/a.off");
   put_file(scratch / "set/closed/b.off");
@@ -203,7 +202,7 @@ TEST_CASE("collect_inputs: a folder that cannot be read is named, the others are
     CHECK(WEXITSTATUS(status) == 0);
 }
 
-TEST_CASE("collect_inputs: hidden files and folders are left out and counted, but not when they are named") {
+TEST_CASE("collect_inputs: hidden files and folders are skipped and counted, unless named explicitly") {
   const ScratchFolder scratch;
   for (const char* name : {"set/a.off", "set/._a.off", "set/.hidden.off", "set/.git/b.off", "set/.git/c.off",
                            "set/__MACOSX/a.off"})
@@ -216,7 +215,7 @@ TEST_CASE("collect_inputs: hidden files and folders are left out and counted, bu
   CHECK(ids_of(collect_inputs({(scratch / "set/.hidden.off").string()})) == Ids{".hidden.off"});
 }
 
-TEST_CASE("collect_inputs: any file name is an id of valid UTF-8") {
+TEST_CASE("collect_inputs: any file name gives an id of valid UTF-8") {
   const ScratchFolder scratch;
   for (const char* name :
        {"caf\xE9.off", "caf\xC3\xA9.off", "line\nbreak.off", "50%.off", "a%20b.off", "c%0A.off"})
@@ -230,7 +229,7 @@ TEST_CASE("collect_inputs: any file name is an id of valid UTF-8") {
   CHECK(deep.label_names == Ids{"%FF%25FF"});
 }
 
-TEST_CASE("collect_inputs: ids of lists are relative to the folder that all paths have in common") {
+TEST_CASE("collect_inputs: ids of lists are relative to the folder that all paths share") {
   const ScratchFolder scratch;
   const auto list_of = [&](const std::string& name, const std::vector<std::string>& paths, char end) {
     std::string text;
@@ -270,7 +269,7 @@ TEST_CASE("collect_inputs: ids of lists are relative to the folder that all path
   CHECK(collect_inputs({scratch.path().string()}).root.empty());
 }
 
-TEST_CASE("collect_inputs: lists apart by NUL bytes hold any path") {
+TEST_CASE("collect_inputs: lists separated by NUL bytes hold any path") {
   const ScratchFolder scratch;
   using namespace std::string_view_literals;
   const std::string_view bytes = "/d/a\n1.off\0/d/# b \r\0\0/d/e/c.off"sv;
@@ -285,7 +284,7 @@ TEST_CASE("collect_inputs: lists apart by NUL bytes hold any path") {
   CHECK_THAT(message_of({scratch.path().string()}, options), ContainsSubstring("--null applies to lists"));
 }
 
-TEST_CASE("folder layouts: class and split of an item") {
+TEST_CASE("folder layouts: give class and split of an item") {
   const auto place = [](std::string_view id, FolderLayout layout) {
     const ItemPlace found = place_of(id, layout);
     return (found.label.empty() ? "-" : found.label) + " " + std::string(name_of(found.split));
@@ -325,7 +324,7 @@ TEST_CASE("folder layouts: auto needs every item to fit") {
   CHECK(layout({}) == flat);
 }
 
-TEST_CASE("collect_inputs: a labelled tree gives classes and splits") {
+TEST_CASE("collect_inputs: a labeled tree gives classes and splits") {
   const ScratchFolder scratch;
   for (const char* name : {"m/chair/train/a.off", "m/chair/test/b.off", "m/lamp/train/c.off"})
     put_file(scratch / name);
@@ -353,7 +352,7 @@ TEST_CASE("collect_inputs: a labelled tree gives classes and splits") {
   CHECK(labels_of(collect_inputs({tree}, asked)) == more);
 }
 
-TEST_CASE("collect_inputs: a file of labels says more than the folders") {
+TEST_CASE("collect_inputs: a label file overrides the folders") {
   const ScratchFolder scratch;
   for (const char* name : {"m/a.off", "m/b, \"c\".off", "m/d.off", "m/e\xFF.off"}) put_file(scratch / name);
   const std::string tree = (scratch / "m").string(), file = (scratch / "labels.csv").string();
@@ -380,7 +379,7 @@ TEST_CASE("collect_inputs: a file of labels says more than the folders") {
   CHECK(labels("a.off,\"two\nlines\"\n").front() == "a.off two%0Alines none");
 }
 
-TEST_CASE("collect_inputs: a wrong file of labels is refused with the line") {
+TEST_CASE("collect_inputs: an invalid label file is refused with its line") {
   const ScratchFolder scratch;
   put_file(scratch / "m/a.off");
   const std::string tree = (scratch / "m").string();
@@ -453,7 +452,7 @@ constexpr std::string_view taxonomy = R"([
 
 }  // namespace
 
-TEST_CASE("labels: all.csv of ShapeNet gives splits, and classes their names from taxonomy.json") {
+TEST_CASE("labels: all.csv of ShapeNet gives splits, and taxonomy.json the class names") {
   const std::vector<std::string> v2 = {
       "02691156/1a/models/model_normalized.obj", "03001627/1a/models/model_normalized.obj",
       "03001627/2b/models/model_normalized.obj", "03001627/3c/models/model_normalized.obj"};
@@ -524,7 +523,7 @@ TEST_CASE("labels: all.csv of ShapeNet gives splits, and classes their names fro
             "2b/models/model_normalized.obj 03001627 test", "3c/models/model_normalized.obj - none"});
 }
 
-TEST_CASE("labels: all.csv finds models in other layouts, where their number is that of one") {
+TEST_CASE("labels: all.csv finds models in other layouts if their number is unique") {
   const std::string_view all =
       "id,synsetId,subSynsetId,modelId,split\n000001,02691156,02690373,1a,train\n"
       "000002,03001627,02738535,1a,val\n000003,03001627,03001627,2b,test\n";
@@ -543,7 +542,7 @@ TEST_CASE("labels: all.csv finds models in other layouts, where their number is 
   CHECK(other.lines({"all.csv"}) == Ids{"02691156/2b/model.obj 02691156 none"});
 }
 
-TEST_CASE("labels: names of classes are stable and tell synsets apart") {
+TEST_CASE("labels: class names are stable and distinguish synsets") {
   std::vector<std::string> names;
   for (const char* synset :
        {"02691156", "02690373", "03001627", "02738535", "02933112", "03018349", "09999999"})
@@ -563,7 +562,9 @@ TEST_CASE("labels: names of classes are stable and tell synsets apart") {
   CHECK_THAT(tree.refusal({"cut.json"}), ContainsSubstring("not valid JSON"));
 }
 
-TEST_CASE("labels: tables without a class leave that of the folders, and columns have names of data sets") {
+TEST_CASE(
+    "labels: tables without a class keep that of the folders, and columns are known by the names of data "
+    "sets") {
   const LabelledTree tree(
       {"chair/train/chair_0001.off", "chair/test/chair_0002.off", "lamp/test/lamp_0001.off"});
   tree.write("splits.csv", "split,id\nval,chair_0001\ntrain,lamp_0001.off\n,chair_0002\n");
@@ -595,7 +596,7 @@ TEST_CASE("labels: tables without a class leave that of the folders, and columns
   CHECK(tree.lines({"val=classes.csv"})[1] == "chair/train/chair_0001.off seat validation");
 }
 
-TEST_CASE("labels: comments in tables are lines of one field that begin with #") {
+TEST_CASE("labels: comments in tables are one-field lines that begin with #") {
   const LabelledTree tree({"a.obj", "#b.obj"});
   tree.write("t.csv", "# made by hand\nid,class\n  # a comment\na.obj,chair\n#b.obj,lamp\n#\n");
   CHECK(tree.lines({"t.csv"}) == Ids{"#b.obj lamp none", "a.obj chair none"});
@@ -606,7 +607,7 @@ TEST_CASE("labels: comments in tables are lines of one field that begin with #")
   CHECK_THAT(tree.refusal({"bad.csv"}), ContainsSubstring("line 3: 1 fields"));
 }
 
-TEST_CASE("labels: lists of ids, one a line, with the split of the argument or of the file's name") {
+TEST_CASE("labels: lists have one id per line, and the split of the argument or of the file name") {
   const LabelledTree tree({"airplane/airplane_0001.off", "airplane/airplane_0627.off",
                            "night_stand/night_stand_0001.off", "sofa/sofa_0001.off"});
   tree.write("modelnet40_train.txt",
@@ -633,7 +634,7 @@ TEST_CASE("labels: lists of ids, one a line, with the split of the argument or o
   CHECK(tree.lines({"train=filelist_test.txt"})[0] == "airplane/airplane_0001.off - train");
 }
 
-TEST_CASE("labels: names of items are ends of paths, alone of their kind") {
+TEST_CASE("labels: an item may be named by any unique end of its path") {
   const std::string uid = "8476c4170df24cf5bbe6967222d1a42d";
   const LabelledTree tree(
       {"glbs/000-023/" + uid + ".glb", "abc/00000002/00000002_1ffb_trimesh_001.obj",
@@ -677,7 +678,7 @@ TEST_CASE("labels: names of items are ends of paths, alone of their kind") {
   }
 }
 
-TEST_CASE("labels: a line of a model that is not there means no other one") {
+TEST_CASE("labels: a line for a missing model matches no other model") {
   const auto are_lacking = [](const LabelledTree& tree, const Ids& ids) {
     std::string list;
     for (const std::string& id : ids) list += id + "\n";
@@ -700,7 +701,7 @@ TEST_CASE("labels: a line of a model that is not there means no other one") {
   CHECK(collect_inputs({chairs}, tree.options({"train.txt"})).notes.items_without_line == 0);
 }
 
-TEST_CASE("labels: JSON files of data sets") {
+TEST_CASE("labels: JSON files of data sets are read") {
   const LabelledTree tree(
       {"03001627/aa/models/m.obj", "03001627/bb/models/m.obj", "02691156/cc/models/m.obj"});
   const auto lines = [&](const std::string& name, const std::string& text) {
@@ -758,7 +759,7 @@ TEST_CASE("labels: JSON files of data sets") {
   CHECK_THAT(refusal(std::string(1000, '[')), ContainsSubstring("nests deeper"));
 }
 
-TEST_CASE("labels: many ids that mean much are found in little time") {
+TEST_CASE("labels: many ambiguous ids are resolved in little time", "[release]") {
   std::vector<std::string> ids;
   for (int i = 0; i < 20000; ++i)
     ids.push_back("x/" + std::to_string(100000 + i) + "/models/model_normalized.obj");
@@ -781,7 +782,7 @@ TEST_CASE("labels: many ids that mean much are found in little time") {
   CHECK(found == 20000);
 }
 
-TEST_CASE("folder layouts: auto on the trees of data sets makes no classes of what are none") {
+TEST_CASE("folder layouts: auto makes no classes of other folders in the trees of data sets") {
   using enum FolderLayout;
   const auto layout = [](const Ids& ids) { return recognize_layout(ids); };
   CHECK(layout({"airplane/test/airplane_0627.off", "airplane/train/airplane_0001.off"}) == modelnet);

@@ -56,7 +56,7 @@ const std::vector<Value>& values(const LaboratoryResult& result, std::string_vie
 
 }  // namespace
 
-TEST_CASE("laboratory functions: what is missing, misspelled or misshapen is refused by its name") {
+TEST_CASE("laboratory functions: missing, misspelled and misshapen arguments are refused by name") {
   const Arrays ball(icosphere(1));
   const auto says = [&](const char* name, const char* options, const std::vector<GivenArray>& arrays,
                         const std::string& what) {
@@ -106,7 +106,7 @@ TEST_CASE("laboratory functions: a staged model is sampled, measured and drawn")
   }
 }
 
-TEST_CASE("laboratory functions: curves, pieces and fields of charts") {
+TEST_CASE("laboratory functions: curves, pieces and fields of charts are returned") {
   const Arrays ring(torus(32, 16));
   const std::string conformal =
       R"({"run":["--method","conformal"],"n":200,"leaves":256,"level":4,"steps":2,"spots":100})";
@@ -123,7 +123,7 @@ TEST_CASE("laboratory functions: curves, pieces and fields of charts") {
   CHECK(number(call("field_singularities", along, mesh_of(ring)), "euler") == 0);
 }
 
-TEST_CASE("laboratory functions: sets in the square and on the sphere") {
+TEST_CASE("laboratory functions: sets in the square and on the sphere are returned") {
   const LaboratoryResult square = call("points_in_square", R"({"method":"sobol","n":256})");
   const std::vector<double>& points = values<double>(square, "points");
   REQUIRE(points.size() == 512);
@@ -143,7 +143,7 @@ TEST_CASE("laboratory functions: sets in the square and on the sphere") {
   CHECK(values<double>(curve, "uv").size() >= 2 * 32);
 }
 
-TEST_CASE("laboratory functions: strokes, a view's detail and a picture have the size asked for") {
+TEST_CASE("laboratory functions: strokes, view detail and pictures have the requested size") {
   const Arrays ball(icosphere(2));
   const std::string options =
       R"({"run":["--method","anisotropic"],"n":100,"size":64,"cover":4,"medium":"ink","coverage":true})";

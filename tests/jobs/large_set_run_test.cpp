@@ -36,7 +36,7 @@ void put_two_models(const fs::path& folder) {
 
 }  // namespace
 
-TEST_CASE("run: large sets, for one thread and three, kept, reused, merged from shards and described") {
+TEST_CASE("run: large sets are the same for one thread and three, kept, reused, merged and described") {
   const ScratchFolder scratch;
   put_two_models(scratch / "in");
   REQUIRE(run_large(scratch / "in", scratch / "first.h5", {"-j", "1"}).exit_code == 0);
@@ -78,7 +78,7 @@ TEST_CASE("run: large sets, for one thread and three, kept, reused, merged from 
   }
 }
 
-TEST_CASE("run: a large set that takes too long to be made is a row with the status timeout") {
+TEST_CASE("run: a large set that takes too long is a row with status timeout") {
   const ScratchFolder scratch;
   put_two_models(scratch / "in");
   const ProcessResult result = run_large(scratch / "in", scratch / "s.h5", {"--timeout", "30ms"});

@@ -49,7 +49,7 @@ void sample(const std::filesystem::path& mesh, const std::filesystem::path& stor
 
 }  // namespace
 
-TEST_CASE("measure discrepancy: one point in the middle of the square has the closed form 3/4") {
+TEST_CASE("measure discrepancy: one point in the middle of the square gives the closed form 3/4") {
   const ScratchFolder scratch;
   write_file(scratch / "p.xyz", "0.5 0.5 0\n");
   const ProcessResult result =
@@ -61,8 +61,7 @@ TEST_CASE("measure discrepancy: one point in the middle of the square has the cl
   CHECK(csv_column(scratch / "d.csv", "quarter circles")[0] == Approx(1 - M_PI / 8));
 }
 
-TEST_CASE(
-    "measure discrepancy: an array of numpy is judged as the text of its points, a damaged one is named") {
+TEST_CASE("measure discrepancy: a NumPy array is measured like text, and a damaged one is named") {
   const ScratchFolder scratch;
   const std::array<double, 4> points = {0.25, 0.5, 0.75, 0.125};
   const std::string values(reinterpret_cast<const char*>(points.data()), sizeof points);
@@ -84,7 +83,7 @@ TEST_CASE(
 }
 
 TEST_CASE(
-    "measure boxes, rings, spacing: curve samples beat random ones, points of a file are judged alike") {
+    "measure boxes, rings, spacing: curve samples beat random ones, points of a file are measured alike") {
   const ScratchFolder scratch;
   const std::filesystem::path mesh = scratch / "torus.off", curve = scratch / "curve.h5",
                               random = scratch / "random.h5";
@@ -131,7 +130,7 @@ TEST_CASE("measure integral: stored densities are weighted, prefixes give a slop
     if (points[i] == 4096) CHECK(errors[i] < 0.01);  // random points: 0.008 to 0.02 at one standard deviation
 }
 
-TEST_CASE("measure spectrum and differences: white noise is 1, the map is drawn") {
+TEST_CASE("measure spectrum and differences: white noise is 1, and the map is drawn") {
   const ScratchFolder scratch;
   const std::string store = scratch / "s.h5", picture = scratch / "map.png";
   REQUIRE(run_process({program, "surface", "plane", "-n", "2048", "--sequence", "random", "-o", store})
@@ -150,7 +149,7 @@ TEST_CASE("measure spectrum and differences: white noise is 1, the map is drawn"
   }
 }
 
-TEST_CASE("measure differences: random points of an open mesh with sharp edges are white noise too") {
+TEST_CASE("measure differences: random points on an open mesh with sharp edges are white noise") {
   const ScratchFolder scratch;
   const std::filesystem::path mesh = scratch / "plate.off", store = scratch / "s.h5";
   write_file(mesh,
@@ -169,7 +168,8 @@ TEST_CASE("measure differences: random points of an open mesh with sharp edges a
   for (const double mean : csv_column(scratch / "d.csv", "mean")) CHECK(mean == Approx(1).margin(0.12));
 }
 
-TEST_CASE("measure differences: densities and tensors have random sets of their own as control") {
+TEST_CASE("measure differences: densities and tensors are compared with their own random sets",
+          "[statistics]") {
   const ScratchFolder scratch;
   // Far from the origin, in small units; the inside of the tube is more curved than its outside.
   const std::filesystem::path ring = scratch / "ring.off";
@@ -219,7 +219,7 @@ TEST_CASE("measure differences: densities and tensors have random sets of their 
   CHECK(measure({"differences", scratch / "1.h5", plain, "--surface", ring.string()}).exit_code == 2);
 }
 
-TEST_CASE("measure: the density of an exported PLY file is seen") {
+TEST_CASE("measure: the density of an exported PLY file is used") {
   const ScratchFolder scratch;
   const std::string store = scratch / "s.h5";
   REQUIRE(run_process({program, "surface", "plane", "-n", "512", "--density", "0.1 + x", "-o", store})
@@ -234,8 +234,7 @@ TEST_CASE("measure: the density of an exported PLY file is seen") {
   }
 }
 
-TEST_CASE(
-    "measure: the surfaces of a store are found as its run has found them, by ids and in packed files") {
+TEST_CASE("measure: the surfaces of a store are found as by its run, by ids and in packed files") {
   const ScratchFolder scratch;
   std::filesystem::create_directories(scratch / "in");
   const std::string sphere = mesh_bytes(icosphere(3), MeshFile::off);
@@ -254,7 +253,7 @@ TEST_CASE(
   CHECK(gone.err.find("has no item `packed.off`") != std::string::npos);
 }
 
-TEST_CASE("measure distance: a mesh has distance 0 to itself, and the step to a larger sphere") {
+TEST_CASE("measure distance: a mesh has distance 0 to itself, and the gap to a larger sphere") {
   const ScratchFolder scratch;
   write_mesh(scratch / "a.off", icosphere(3));
   PolygonMesh larger = icosphere(3);
@@ -272,7 +271,7 @@ TEST_CASE("measure distance: a mesh has distance 0 to itself, and the step to a 
   for (const double mean : means("b.off")) CHECK(mean == Approx(0.1).epsilon(0.02));
 }
 
-TEST_CASE("measure: what cannot be measured is a usage error that says why") {
+TEST_CASE("measure: anything that cannot be measured is a usage error with the reason") {
   const ScratchFolder scratch;
   write_file(scratch / "p.xyz", "0.5 0.5 0\n2 0.5 0\n");
   write_mesh(scratch / "m.off", icosphere(2));
@@ -348,7 +347,8 @@ TEST_CASE("run --certify: every ok row holds the measures of its own samples") {
   CHECK(refused.err.find("uniform density") != std::string::npos);
 }
 
-TEST_CASE("measure and run --certify: spaced samples are known by their distance and their lower error") {
+TEST_CASE("measure and run --certify: spaced samples show by their distance and lower error",
+          "[statistics]") {
   const ScratchFolder scratch;
   // More triangles than samples need for cells that are cut exactly, whose `shifted` samples do as well.
   write_mesh(scratch / "torus.off", torus(80, 40));

@@ -70,9 +70,7 @@ TEST_CASE("run --memory: the peak of the process stays within the budget, over t
   check_peaks(shared_data("retrieval"), scratch / "s.h5", {64, 96, 128, 192, 256});
 }
 
-TEST_CASE(
-    "run --memory: a budget that the process itself needs is refused, and the message names one that "
-    "suffices") {
+TEST_CASE("run --memory: a budget below the needs of the process is refused, and a sufficient one is named") {
   if (sanitized) {
     WARN("skipped: sanitizers take memory of their own");
     return;

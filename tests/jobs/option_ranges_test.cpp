@@ -65,7 +65,7 @@ void check_option(Words arguments, const std::string& option, double step) {
 
 }  // namespace
 
-TEST_CASE("options: the ranges of the help are those that are checked") {
+TEST_CASE("options: the help states the ranges that are checked") {
   const ScratchFolder scratch;
   write_mesh(scratch / "a.off", cube());
   const auto run = [&](Words more) {
@@ -106,7 +106,7 @@ TEST_CASE("options: the documents state the options and ranges of the help") {
   CHECK(ranges >= 2);
 }
 
-TEST_CASE("options: METHODS.md states the sequences of --sequence in their order, and its default") {
+TEST_CASE("options: METHODS.md lists the values of --sequence in order, and its default") {
   std::string words, standard;
   bool inside = false;
   for (const Words& row : table_rows("METHODS.md")) {

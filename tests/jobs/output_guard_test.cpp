@@ -56,7 +56,7 @@ bool says(const std::string& text, const std::string& what) { return text.find(w
 
 }  // namespace
 
-TEST_CASE("output guard: a file is replaced by its own kind alone") {
+TEST_CASE("output guard: a file is replaced only by its own kind") {
   const ScratchFolder scratch;
   write_file(scratch / "a.csv", "id,value\na,1\n");
   write_file(scratch / "named.csv", mesh_bytes(grid_plane(2, 2), MeshFile::off));
@@ -73,7 +73,7 @@ TEST_CASE("output guard: a file is replaced by its own kind alone") {
   CHECK(says(check(scratch / "a.csv", FileKind::csv, {}, Existing::keep), "exists (--fresh replaces it)"));
 }
 
-TEST_CASE("output guard: an input is never replaced, whatever name it has") {
+TEST_CASE("output guard: an input is never replaced, whatever its name") {
   const ScratchFolder scratch;
   fs::create_directory(scratch / "in");
   write_file(scratch / "in/points.csv", "x,y,z\n1,2,3\n");
@@ -90,7 +90,7 @@ TEST_CASE("output guard: an input is never replaced, whatever name it has") {
   CHECK(says(check(scratch / "in/points.csv", FileKind::csv, {scratch / "link.csv"}), "is an input"));
 }
 
-TEST_CASE("output guard: places that cannot be written are named before anything is made") {
+TEST_CASE("output guard: unwritable paths are named before anything is created") {
   const ScratchFolder scratch;
   fs::create_directory(scratch / "folder");
   write_file(scratch / "file", "text");
@@ -128,7 +128,7 @@ TEST_CASE("output guard: two outputs of one command are two files") {
   CHECK(says(text, "--csv and --picture would write the same file"));
 }
 
-TEST_CASE("output guard: a store replaces a store, and is never made of what the run reads") {
+TEST_CASE("output guard: a store replaces a store, and never an input of the run") {
   const ScratchFolder scratch;
   fs::create_directory(scratch / "v");
   write_file(scratch / "v/m.off", mesh_bytes(grid_plane(2, 2), MeshFile::off));
@@ -148,7 +148,7 @@ TEST_CASE("output guard: a store replaces a store, and is never made of what the
   CHECK(check_run(scratch / "s.h5").empty());
 }
 
-TEST_CASE("output guard: what a run leaves beside its store is guarded too") {
+TEST_CASE("output guard: files that a run leaves beside its store are guarded too") {
   const ScratchFolder scratch;
   const auto store = scratch / "s.h5";
   write_file(scratch / "s.h5.failed.txt", "# a.off: empty: no face\na.off\n");
@@ -173,7 +173,7 @@ TEST_CASE("output guard: what a run leaves beside its store is guarded too") {
   CHECK(says(check_run(store), "is not a folder"));
 }
 
-TEST_CASE("output guard: files of the arguments and the items found in them") {
+TEST_CASE("output guard: protects files of the arguments and the items found in them") {
   PlanItem item;
   item.path = "in/a.off";
   item.tensor_path = "tensors.h5";
@@ -182,7 +182,7 @@ TEST_CASE("output guard: files of the arguments and the items found in them") {
         std::vector<fs::path>{"in", "list.txt", "b.ply", "in/a.off", "tensors.h5"});
 }
 
-TEST_CASE("a signal that ends a process removes the temporary files that it is writing") {
+TEST_CASE("a terminating signal removes the temporary files being written") {
   for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGUSR1}) {
     const ScratchFolder scratch;
     write_file(scratch / "done", "old");

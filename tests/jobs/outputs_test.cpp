@@ -54,7 +54,7 @@ struct Place {
 
 }  // namespace
 
-TEST_CASE("outputs: surface replaces a store by a store and nothing else") {
+TEST_CASE("outputs: surface replaces only a store by a store") {
   const Place place;
   place.refuses({"surface", "torus", "-n", "16", "-o", place.path("m.off"), "--fresh"}, "is an OFF mesh");
   place.refuses({"surface", "torus", "-n", "16", "-o", place.path("m.off")}, "is an OFF mesh");
@@ -69,7 +69,7 @@ TEST_CASE("outputs: surface replaces a store by a store and nothing else") {
   CHECK(StoreReader(place.path("s.h5")).rows() == 1);
 }
 
-TEST_CASE("outputs: run never turns an input into a store, and a mistake costs no store") {
+TEST_CASE("outputs: run never turns an input into a store, and a mistake destroys no store") {
   const Place place;
   fs::create_directory(place.path("v"));
   write_mesh(place.path("v/m.off"), icosphere(1));
@@ -97,7 +97,7 @@ TEST_CASE("outputs: run never turns an input into a store, and a mistake costs n
   CHECK((read_file(place.path("r.h5")) == before));
 }
 
-TEST_CASE("outputs: the old store lives until the new one is whole") {
+TEST_CASE("outputs: the old store stays until the new one is complete") {
   const Place place;
   const std::string before = read_file(place.path("s.h5"));
   ProcessOptions full;
@@ -134,7 +134,7 @@ TEST_CASE("outputs: describe writes over its store or another, never over what i
   CHECK(StoreReader(place.path("s.h5")).descriptors().size() == 2);
 }
 
-TEST_CASE("outputs: pictures replace pictures") {
+TEST_CASE("outputs: pictures replace only pictures") {
   const Place place;
   const std::string store = place.path("s.h5");
   fs::create_hard_link(place.path("m.off"), place.path("mesh.png"));
@@ -146,7 +146,8 @@ TEST_CASE("outputs: pictures replace pictures") {
   place.does({"render", "sheet", store, "-o", place.path("p.png"), "--item", "torus"});
 }
 
-TEST_CASE("outputs: point files of export need --fresh, and one that may not go keeps all others") {
+TEST_CASE(
+    "outputs: exported point files need --fresh, and one that may not be replaced protects all others") {
   const Place place;
   const std::string store = place.path("s.h5"), out = place.path("out");
   for (const std::string format : {"ply", "off", "xyz"}) {
@@ -168,7 +169,7 @@ TEST_CASE("outputs: point files of export need --fresh, and one that may not go 
   place.does({"export", store, "torus", "1", "-o", place.path("one")});
 }
 
-TEST_CASE("outputs: an export that was stopped goes on, and keeps what it has made") {
+TEST_CASE("outputs: a stopped export resumes and keeps its files") {
   const Place place;
   const std::string store = place.path("s.h5"), out = place.path("out");
   const auto short_of_room = [](std::uint64_t bytes) {
@@ -212,7 +213,7 @@ TEST_CASE("outputs: an export that was stopped goes on, and keeps what it has ma
   }
 }
 
-TEST_CASE("outputs: names that are too long for a file system are shortened in exports") {
+TEST_CASE("outputs: names too long for a file system are shortened in exports") {
   const ScratchFolder scratch;
   fs::create_directories(scratch / "in");
   const std::string longest = std::string(250, 'a') + ".off", other = std::string(249, 'a') + "b.off";
@@ -258,7 +259,7 @@ TEST_CASE("outputs: -o - prints what a file would hold, and nothing else") {
   CHECK_FALSE(fs::exists("-"));
 }
 
-TEST_CASE("outputs: arrays need --fresh, and shards that are not written again go") {
+TEST_CASE("outputs: arrays need --fresh, and shards that are not written again are removed") {
   const Place place;
   const std::string store = place.path("s.h5");
   std::vector<std::string> command = {"export", store, "-o", place.path("np"), "--format", "npz"};
@@ -329,7 +330,7 @@ TEST_CASE("outputs: descriptors and PointNet files need --fresh") {
   place.refuses(command, "is a Meander store");
 }
 
-TEST_CASE("outputs: tables and drawings of retrieve replace their own kind") {
+TEST_CASE("outputs: tables and drawings of retrieve replace only their own kind") {
   const ScratchFolder scratch;
   for (const char* id : {"a/1.off", "a/2.off", "b/3.off", "b/4.off"}) {
     fs::create_directories((scratch / id).parent_path());
@@ -369,7 +370,7 @@ TEST_CASE("outputs: tables and drawings of retrieve replace their own kind") {
   refused({"retrieve", "query", path("s.h5"), "0", "--csv", path("s.h5")}, "is the store itself");
 }
 
-TEST_CASE("outputs: measure leaves the points that it reads alone") {
+TEST_CASE("outputs: measure does not change the points that it reads") {
   const Place place;
   fs::create_hard_link(place.path("points.csv"), place.path("result.csv"));
   const std::vector<std::string> measure = {"measure",   "spacing", place.path("points.csv"),
@@ -392,7 +393,7 @@ TEST_CASE("outputs: measure leaves the points that it reads alone") {
                 "is a text file");
 }
 
-TEST_CASE("outputs: figures replace figures") {
+TEST_CASE("outputs: figures replace only figures") {
   if (sanitized) {
     WARN("skipped: a sanitized build has no library for Python");
     return;
@@ -453,7 +454,7 @@ void write_failing(const fs::path& folder) {
 
 }  // namespace
 
-TEST_CASE("closed pipes: a job ends as it would have with a reader") {
+TEST_CASE("closed pipes: a command ends as if its output had been read") {
   const ScratchFolder scratch;
   write_failing(scratch / "in");
   const auto run = [&](const std::string& store) {
@@ -551,7 +552,7 @@ TEST_CASE("run: the summary reports an attribute that no model has") {
   CHECK_FALSE(contains(run("c.h5", {"--density", "attribute:heat"}).out, words));
 }
 
-TEST_CASE("run: reports beside the store are complete, or the command says that they are missing") {
+TEST_CASE("run: reports beside the store are complete, or the command names the missing ones") {
   const ScratchFolder scratch;
   write_failing(scratch / "in");
   const auto run = [&](const std::string& store, const ProcessOptions& options = {}) {

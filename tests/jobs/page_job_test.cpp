@@ -177,7 +177,7 @@ std::string visit(const Collection& c, const std::string& fragment, const std::s
 
 }  // namespace
 
-TEST_CASE("page: base64 and octahedral normals") {
+TEST_CASE("page: base64 and octahedral normals are decoded correctly") {
   const auto encoded = [](std::string_view text) { return base64(std::as_bytes(std::span(text))); };
   CHECK(encoded("") == "");  // RFC 4648
   CHECK(encoded("f") == "Zg==");
@@ -201,7 +201,7 @@ TEST_CASE("page: base64 and octahedral normals") {
   CHECK(json_in_markup(R"(["<!-- </script>"])") == R"(["\u003c!-- \u003c/script>"])");
 }
 
-TEST_CASE("page: the blocks hold the first points of every model as the store has them") {
+TEST_CASE("page: the blocks hold the first points of every model as stored") {
   const Collection c({"--density", "mean", "--describe", "d2,basics", "--bins", "16"});
   const ProcessResult result = c.page({"--points", "150"});
   CHECK(contains(result.out, "3 models x 150 points in "));
@@ -237,7 +237,7 @@ TEST_CASE("page: the blocks hold the first points of every model as the store ha
   CHECK(contains(page.fact("near"), "],[2,"));
 }
 
-TEST_CASE("page: in the order of the curve points are spread along it") {
+TEST_CASE("page: in curve order points are spread along the curve") {
   const Collection c({"--order", "curve"});
   c.page({"--points", "100"});
   const StoreReader store(c.path("s.h5"));
@@ -279,7 +279,7 @@ TEST_CASE("page: the same bytes again, limits, refusals") {
   refused({"--html", c.path("p.html"), "--models", "0"}, "--models");
 }
 
-TEST_CASE("page: nothing of a store is markup, in the file and in the browser") {
+TEST_CASE("page: nothing in a store is markup, in the file and in the browser") {
   const std::string hostile =
       "script><img src=x onerror=document.title=1>\"'&amp;\xE2\x80\xAE"
       "ffo.off";
@@ -314,7 +314,7 @@ TEST_CASE("page: nothing of a store is markup, in the file and in the browser") 
   CHECK(contains(body, "class=\"histogram\""));
 }
 
-TEST_CASE("page: Chromium draws the models, and fewer points and other colours are other pictures") {
+TEST_CASE("page: Chromium draws the models, and fewer points or other colors change the picture") {
   MEANDER_NEEDS_CHROMIUM();
   const Collection c;
   c.page();
@@ -334,7 +334,7 @@ TEST_CASE("page: Chromium draws the models, and fewer points and other colours a
   CHECK(differing > 5000);
 }
 
-TEST_CASE("page: Chromium draws for a view the points that the rule of view_detail.h keeps") {
+TEST_CASE("page: Chromium draws the points that view_detail.h keeps for a view") {
   MEANDER_NEEDS_CHROMIUM();
   const Collection c;
   c.page();

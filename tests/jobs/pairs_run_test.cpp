@@ -75,7 +75,7 @@ double l1(const std::vector<float>& a, const std::vector<float>& b) {
 
 }  // namespace
 
-TEST_CASE("run --describe pairs: roots of shares, what is unoriented, the same bytes for any threads") {
+TEST_CASE("run --describe pairs: square roots of shares, unoriented models, the same bytes for any threads") {
   const Base base;
   base.sample("in", "a.h5", {"--describe", "d2,pairs,pairs-unsigned", "--bins", "16", "-j", "1"});
   base.sample("in", "b.h5", {"--describe", "d2,pairs,pairs-unsigned", "--bins", "16", "-j", "2"});
@@ -130,7 +130,7 @@ TEST_CASE("pairs: a model turned inside out keeps its descriptor, and classes ar
     }
 }
 
-TEST_CASE("pairs: what describe and run refuse") {
+TEST_CASE("pairs: invalid uses are refused by describe and run") {
   const Base base;
   base.sample("in", "s.h5", {});
   const ProcessResult meshes = meander_with({"describe", base.path("s.h5"), "--descriptors", "pairs"});
@@ -143,7 +143,7 @@ TEST_CASE("pairs: what describe and run refuse") {
   CHECK(meander_with({"describe", base.path("s.h5"), "--descriptors", "pairs-unsigned"}).exit_code == 0);
 }
 
-TEST_CASE("export of descriptors: a numpy array, and the list of its rows") {
+TEST_CASE("export of descriptors: a NumPy array, and the list of its rows") {
   const Base base;
   base.sample("in", "s.h5", {"--describe", "pairs"});
   const ProcessResult result = meander_with({"export", base.path("s.h5"), "0", "2", "--descriptors", "pairs",
@@ -205,7 +205,7 @@ TEST_CASE("retrieve and export: zeros of a described row are values") {
   CHECK(contains(near.out, "dust.off"));
 }
 
-TEST_CASE("retrieve: emd is refused where bins lie in no line, and select leaves it out there") {
+TEST_CASE("retrieve: emd is refused for bins that are not in line, and select omits it there") {
   const Base base;
   base.sample("in", "s.h5", {"--describe", "d2,pairs,pairs-unsigned"});
   const std::string store = base.path("s.h5");
@@ -231,7 +231,7 @@ TEST_CASE("retrieve: emd is refused where bins lie in no line, and select leaves
   CHECK(contains(nothing.err, "emd measures along a line of bins"));
 }
 
-TEST_CASE("retrieve: combinations with weights") {
+TEST_CASE("retrieve: combinations with weights are scored") {
   const Base base;
   base.sample("in", "s.h5", {"--describe", "d2,pairs,basics", "--bins", "16"});
   const std::string store = base.path("s.h5");
@@ -302,7 +302,7 @@ TEST_CASE("retrieve: combinations with weights") {
           .exit_code == 0);
 }
 
-TEST_CASE("retrieve: --memory bounds, and refuses what it cannot hold") {
+TEST_CASE("retrieve: --memory is a bound, and larger work is refused") {
   const Base base;
   base.sample("in", "s.h5", {"--describe", "d2,pairs"});
   const std::string store = base.path("s.h5");
@@ -322,7 +322,7 @@ TEST_CASE("retrieve: --memory bounds, and refuses what it cannot hold") {
   CHECK(found("90M") == found("4G"));
 }
 
-TEST_CASE("a store that grows: new models, new descriptors and both give the bytes of a run from nothing") {
+TEST_CASE("growing store: new models, new descriptors and both give the bytes of a run from scratch") {
   const Base base;
   const auto add = [&](const char* folder, std::initializer_list<const char*> models) {
     for (const char* model : models) {
@@ -376,7 +376,7 @@ TEST_CASE("a store that grows: new models, new descriptors and both give the byt
                  R"("descriptors":[{"name":"d2","values":16,"version":1,"made_by":")"));
 }
 
-TEST_CASE("retrieve select: of eleven histograms combinations of up to five are tried") {
+TEST_CASE("retrieve select: combinations of up to five of eleven histograms are tried", "[release]") {
   const Base base;
   base.sample("in", "s.h5",
               {"--describe", "d2,a3,d1,d3,d4,geodesic,pairs,pairs-unsigned,harmonics,views,shapedna"});

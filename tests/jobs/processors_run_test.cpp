@@ -51,7 +51,8 @@ std::map<std::string, std::string> files_of(std::vector<std::string> command, co
   CHECK(result.exit_code == 0);
   std::map<std::string, std::string> files;
   for (auto& [path, bytes] : content_of(folder))
-    if (!path.ends_with(".json") && !path.ends_with(".csv")) files[fs::relative(path, folder).string()] = std::move(bytes);
+    if (!path.ends_with(".json") && !path.ends_with(".csv"))
+      files[fs::relative(path, folder).string()] = std::move(bytes);
   return files;
 }
 
@@ -66,7 +67,7 @@ void check_same_files(const std::vector<std::string>& command, const fs::path& f
 }  // namespace
 
 TEST_CASE(
-    "processors: stores are the same bytes without AVX2 and FMA, by every method, density and descriptor") {
+    "processors: stores are the same bytes without AVX2 and FMA, for every method, density and descriptor") {
   const ScratchFolder scratch;
   const fs::path models = scratch / "models";
   write_models(models);
@@ -90,7 +91,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("processors: samples of formulas and remeshed files are the same bytes without AVX2 and FMA") {
+TEST_CASE("processors: formula samples and remeshed files are the same bytes without AVX2 and FMA") {
   const ScratchFolder scratch;
   const fs::path models = scratch / "models";
   write_models(models);

@@ -67,7 +67,7 @@ ProcessResult remesh(std::vector<std::string> arguments) {
 
 }  // namespace
 
-TEST_CASE("remesh job: the first vertices of a mesh are the points that run gives") {
+TEST_CASE("remesh job: the first vertices of a mesh are the points of run") {
   const ScratchFolder scratch;
   make_models(scratch / "models");
   const std::string models = (scratch / "models").string(), out = (scratch / "out").string();
@@ -112,7 +112,7 @@ TEST_CASE("remesh job: the first vertices of a mesh are the points that run give
   CHECK(items_of(out).at("box.stl").integer("euler") == 2);
 }
 
-TEST_CASE("remesh job: every format, the same mesh") {
+TEST_CASE("remesh job: every format holds the same mesh") {
   const ScratchFolder scratch;
   write_mesh(scratch / "ball.off", icosphere(3));
   for (const std::string format : {"ply", "off", "obj"})
@@ -128,8 +128,7 @@ TEST_CASE("remesh job: every format, the same mesh") {
   }
 }
 
-TEST_CASE(
-    "remesh job: a row for every input, the status of a run, the same bytes for any number of threads") {
+TEST_CASE("remesh job: a row per input with the status of a run, the same bytes for any number of threads") {
   const ScratchFolder scratch;
   const std::map<std::string, Status> expected = write_collection(scratch / "models");
   for (const std::string threads : {"1", "4"}) {
@@ -154,7 +153,7 @@ TEST_CASE(
   CHECK(lines == expected.size() + 1);
 }
 
-TEST_CASE("remesh job: a second run makes what is new or changed, and refuses other parameters") {
+TEST_CASE("remesh job: a second run makes new and changed models only, and refuses other parameters") {
   const ScratchFolder scratch;
   make_models(scratch / "models");
   const std::string models = (scratch / "models").string(), out = (scratch / "out").string();
@@ -208,7 +207,7 @@ TEST_CASE("remesh job: files of others are not replaced") {
   CHECK(contains(result.err, "is no table of `meander remesh`"));
 }
 
-TEST_CASE("remesh job: a later run replaces and removes its own meshes only") {
+TEST_CASE("remesh job: a later run replaces and removes only its own meshes") {
   const ScratchFolder scratch;
   const std::string models = (scratch / "models").string(), out = (scratch / "out").string();
   make_models(models);
@@ -236,7 +235,7 @@ TEST_CASE("remesh job: a later run replaces and removes its own meshes only") {
   CHECK_FALSE(fs::exists(scratch / "out/new.ply"));
 }
 
-TEST_CASE("remesh job: a run with --fresh that is stopped does not make files of others its own") {
+TEST_CASE("remesh job: a stopped run with --fresh does not claim files of others") {
   const ScratchFolder scratch;
   const std::string models = (scratch / "models").string(), out = (scratch / "out").string();
   make_models(models);
@@ -256,7 +255,7 @@ TEST_CASE("remesh job: a run with --fresh that is stopped does not make files of
     CHECK(read_file(scratch / "out" / name) == own);
 }
 
-TEST_CASE("remesh job: most of a surface without a sample is told") {
+TEST_CASE("remesh job: a surface that is mostly without samples is reported") {
   const ScratchFolder scratch;
   PolygonMesh dust = cube();
   for (int i = 1; i < 12; ++i) dust = merged(dust, moved(cube(), 1, 3.0 * i, 0, 0));
@@ -268,7 +267,7 @@ TEST_CASE("remesh job: most of a surface without a sample is told") {
   CHECK(contains(result.out, "1 models lost more than 10 % of their area with them"));
 }
 
-TEST_CASE("remesh job: models of one name and several formats have meshes of their own") {
+TEST_CASE("remesh job: models of one name in several formats get separate meshes") {
   const ScratchFolder scratch;
   fs::create_directories(scratch / "models");
   write_mesh(scratch / "models/a.off", icosphere(2));
@@ -279,7 +278,7 @@ TEST_CASE("remesh job: models of one name and several formats have meshes of the
   CHECK(fs::exists(scratch / "out/a.obj.ply"));
 }
 
-TEST_CASE("remesh job: options that have no meaning here are refused") {
+TEST_CASE("remesh job: options without meaning here are refused") {
   const ScratchFolder scratch;
   write_mesh(scratch / "a.off", cube());
   const std::string model = (scratch / "a.off").string(), out = (scratch / "out").string();
@@ -337,7 +336,7 @@ const std::vector<double>& attribute_of(const PolygonMesh& mesh, const std::stri
 
 }  // namespace
 
-TEST_CASE("remesh job: colours, attributes and texture coordinates are those of the surface") {
+TEST_CASE("remesh job: colors, attributes and texture coordinates are those of the surface") {
   const ScratchFolder scratch;
   fs::create_directories(scratch / "models");
   std::ofstream(scratch / "models" / "a.ply") << painted_sheet(false);
@@ -401,7 +400,7 @@ TEST_CASE("remesh job: colours, attributes and texture coordinates are those of 
   CHECK(mesh_of(scratch / "off" / "b.off", true).colors.vertex == again.colors.vertex);
 }
 
-TEST_CASE("remesh job: integers stay integers, and lie between no two of them") {
+TEST_CASE("remesh job: integers stay integers, without interpolated values") {
   const ScratchFolder scratch;
   std::ofstream(scratch / "a.ply")
       << "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n"
@@ -435,7 +434,7 @@ TEST_CASE("remesh job: integers stay integers, and lie between no two of them") 
   CHECK(contains(refused.err, "`label:class` is for stores"));
 }
 
-TEST_CASE("remesh job: what a model has not is told, what a format cannot hold is refused") {
+TEST_CASE("remesh job: what a model lacks is reported, what a format cannot hold is refused") {
   const ScratchFolder scratch;
   make_models(scratch / "models");
   const std::string models = (scratch / "models").string();
@@ -463,7 +462,7 @@ TEST_CASE("remesh job: what a model has not is told, what a format cannot hold i
   }
 }
 
-TEST_CASE("remesh job: killed at any moment it leaves whole files, and the same command goes on") {
+TEST_CASE("remesh job: killed at any moment it leaves only complete files, and the same command resumes") {
   const ScratchFolder scratch;
   make_models(scratch / "models");
   const std::string models = (scratch / "models").string(), out = (scratch / "out").string();
@@ -481,7 +480,7 @@ TEST_CASE("remesh job: killed at any moment it leaves whole files, and the same 
   CHECK_FALSE(fs::exists(fs::path(out) / "remesh.json.lock"));
 }
 
-TEST_CASE("remesh job: what a killed process has logged is not made again") {
+TEST_CASE("remesh job: meshes that a killed process has logged are not made again") {
   const ScratchFolder scratch;
   make_models(scratch / "models");
   const std::string models = (scratch / "models").string(), out = (scratch / "out").string();
@@ -508,7 +507,7 @@ TEST_CASE("remesh job: what a killed process has logged is not made again") {
   CHECK_FALSE(fs::exists(fs::path(out) / "box.ply.tmp123"));
 }
 
-TEST_CASE("remesh job: an item that crashes the process is recorded, and left alone by later runs") {
+TEST_CASE("remesh job: an item that crashes the process is recorded, and skipped by later runs") {
   const ScratchFolder scratch;
   make_models(scratch / "models");
   const std::string models = (scratch / "models").string(), out = (scratch / "out").string();
@@ -530,7 +529,7 @@ TEST_CASE("remesh job: an item that crashes the process is recorded, and left al
   CHECK(remesh({models, "-o", out, "-n", "90", "--fresh"}).exit_code == 0);
 }
 
-TEST_CASE("remesh job: a folder is one process's at a time") {
+TEST_CASE("remesh job: only one process works in a folder at a time") {
   const ScratchFolder scratch;
   make_models(scratch / "models");
   const std::string models = (scratch / "models").string(), out = (scratch / "out").string();
@@ -545,7 +544,7 @@ TEST_CASE("remesh job: a folder is one process's at a time") {
   CHECK(remesh({models, "-o", out, "-n", "50"}).exit_code == 0);
 }
 
-TEST_CASE("remesh job: an input of another size or date is made again, one that is gone keeps its row") {
+TEST_CASE("remesh job: an input of another size or date is remade, a missing one keeps its row") {
   const ScratchFolder scratch;
   make_models(scratch / "models");
   const std::string models = (scratch / "models").string(), out = (scratch / "out").string();
@@ -590,7 +589,7 @@ TEST_CASE("remesh job: every item has a name of its own that no folder has") {
   CHECK(meshes_of(out).size() == 10 - 1);  // remesh.ply is left out by its name
 }
 
-TEST_CASE("remesh job: asked to stop it keeps what is done and goes on later") {
+TEST_CASE("remesh job: a stopped run keeps what is done and resumes later") {
   const ScratchFolder scratch;
   make_models(scratch / "models");
   const std::string models = (scratch / "models").string(), out = (scratch / "out").string();

@@ -71,7 +71,7 @@ TEST_CASE("render sheet: surfaces, failed items and a summary, the same for one 
   CHECK(bytes != read_file(place.path("3.png")));
 }
 
-TEST_CASE("render sheet: every color, prefix, axis and size makes another picture") {
+TEST_CASE("render sheet: every color, prefix, axis and size changes the picture") {
   const Place place;
   std::vector<std::string> pictures;
   const std::vector<std::vector<std::string>> looks = {{},
@@ -99,7 +99,8 @@ TEST_CASE("render sheet: every color, prefix, axis and size makes another pictur
   }
 }
 
-TEST_CASE("render sheet: discs on sheets upon sheets do not cover what is seen, and a constant has no bar") {
+TEST_CASE(
+    "render sheet: discs on stacked sheets do not cover visible ones, and a constant has no scale bar") {
   // A cube with thirty others inside it, which no picture shows.
   const ScratchFolder scratch;
   PolygonMesh shells = cube();
@@ -129,7 +130,7 @@ TEST_CASE("render sheet: discs on sheets upon sheets do not cover what is seen, 
   CHECK(sheet("rank").height > sheet("density").height + 10);
 }
 
-TEST_CASE("render sheet: meshes that are missing, changed or too large are named, their points drawn") {
+TEST_CASE("render sheet: missing, changed and too large meshes are named, their points drawn") {
   const Place place;
   write_mesh(place.path("in/ball/a.off"), icosphere(2));
   fs::remove(place.path("in/ring/b.ply"));
@@ -228,7 +229,7 @@ TEST_CASE("render splats: white space with the meshes, failed items, the same fo
   CHECK(read_file(place.path("points.png")).size() > 10000);
 }
 
-TEST_CASE("render splats: what faces away is left out of closed meshes only whose normals point outwards") {
+TEST_CASE("render splats: back faces are culled only on closed meshes whose normals point outward") {
   const ScratchFolder scratch;
   PolygonMesh inward = icosphere(2), open = icosphere(2);
   for (std::size_t c = 0; c < inward.corners.size(); c += 3)
@@ -253,7 +254,7 @@ TEST_CASE("render splats: what faces away is left out of closed meshes only whos
   CHECK(draw(others) == draw({"--both-sides", "--item", "inward.off", "open.off"}));
 }
 
-TEST_CASE("render splats: ellipses of anisotropic samples, unless discs are asked for") {
+TEST_CASE("render splats: anisotropic samples are ellipses unless discs are requested") {
   const ScratchFolder scratch;
   write_mesh(scratch / "ring.off", torus(48, 24));
   const std::string store = scratch / "s.h5";
@@ -273,7 +274,7 @@ TEST_CASE("render splats: ellipses of anisotropic samples, unless discs are aske
   CHECK(white[0] < 0.9 * white[1]);
 }
 
-TEST_CASE("render turntable: frames whose samples stay, the same for one thread and two") {
+TEST_CASE("render turntable: samples stay the same over all frames, for one thread and two") {
   const ScratchFolder scratch;
   write_mesh(scratch / "ring.off", torus(64, 32));
   write_file(scratch / "bad.off", "OFF\n7 8");

@@ -56,7 +56,7 @@ struct StrokeScene {
 
 }  // namespace
 
-TEST_CASE("render strokes: every option makes another picture, threads do not") {
+TEST_CASE("render strokes: every option changes the picture, threads do not") {
   const StrokeScene place;
   std::vector<std::string> pictures;
   for (const std::vector<std::string>& look :
@@ -81,7 +81,7 @@ TEST_CASE("render strokes: every option makes another picture, threads do not") 
   CHECK((place.picture({"-j", "1"}) == place.picture({"-j", "2"})));
 }
 
-TEST_CASE("render strokes: several models and media are a sheet, broken models are shown on it") {
+TEST_CASE("render strokes: several models and media make a sheet that shows broken models") {
   const StrokeScene place;
   write_file(place.path("in/c.off"), "OFF\n7 8");
   write_file(place.path("in/d.off"), "OFF\n0 0 0\n");

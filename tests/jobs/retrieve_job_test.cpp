@@ -102,7 +102,7 @@ void write_items(const std::filesystem::path& store, bool with_descriptors = tru
 
 }  // namespace
 
-TEST_CASE("read_descriptor: all rows, NaN where a row is not ok") {
+TEST_CASE("read_descriptor: reads all rows, with NaN where a row is not ok") {
   const ScratchFolder scratch;
   write_items(scratch / "s.h5");
   const StoreReader store(scratch / "s.h5");
@@ -119,7 +119,7 @@ TEST_CASE("read_descriptor: all rows, NaN where a row is not ok") {
   CHECK_THROWS_AS(store.read_descriptor("plaice"), RunError);
 }
 
-TEST_CASE("retrieve query: the nearest models, themselves and rows that are not ok left out") {
+TEST_CASE("retrieve query: gives the nearest models, without the query and rows that are not ok") {
   const ScratchFolder scratch;
   write_items(scratch / "s.h5");
   const ProcessResult result =
@@ -144,7 +144,7 @@ TEST_CASE("retrieve query: the nearest models, themselves and rows that are not 
   CHECK_FALSE(contains(json.out, R"("id":"db/0/m12/m12.off")"));
 }
 
-TEST_CASE("retrieve evaluate: scores by hand, what is left out, tiny classes") {
+TEST_CASE("retrieve evaluate: scores match hand calculations, with omitted rows and tiny classes") {
   const ScratchFolder scratch;
   write_items(scratch / "s.h5");
   const ProcessResult result =
@@ -176,7 +176,7 @@ TEST_CASE("retrieve evaluate: scores by hand, what is left out, tiny classes") {
   CHECK(std::stod(csv_line(scratch / "f.csv", "cat")[3]) == Approx(0.125));
 }
 
-TEST_CASE("retrieve evaluate: parts of the queries, put together, score as all at once") {
+TEST_CASE("retrieve evaluate: ranges of the queries, merged, score as all at once") {
   const ScratchFolder scratch;
   const std::string store = scratch / "s.h5";
   write_items(store);
@@ -231,7 +231,7 @@ TEST_CASE("retrieve evaluate: parts of the queries, put together, score as all a
   fails({"--read-scores", scratch / "a", "--matrix", scratch / "m"}, "needs all distances");
 }
 
-TEST_CASE("retrieve evaluate: combined descriptors, rows that are not finite, every distance") {
+TEST_CASE("retrieve evaluate: combined descriptors, non-finite rows and every distance") {
   const ScratchFolder scratch;
   write_items(scratch / "s.h5", true, true, true);
   for (const std::string distance : {"l1", "l2", "emd", "chi2", "cosine"}) {
@@ -294,7 +294,7 @@ TEST_CASE("retrieve evaluate: the matrix and the classes of a .cla file, in its 
   CHECK(contains(psb.out, "6 models, 3 queries of 1 classes"));
 }
 
-TEST_CASE("retrieve select: settings score as evaluate scores them, and the choice is by the other classes") {
+TEST_CASE("retrieve select: settings score as in evaluate, and are chosen by the other classes") {
   const ScratchFolder scratch;
   write_items(scratch / "s.h5");
   const ProcessResult result = retrieve({"select", scratch / "s.h5", "--descriptors", "flat,place,place+wide",
@@ -365,7 +365,7 @@ TEST_CASE("retrieve select: settings score as evaluate scores them, and the choi
                  "leaving one class out needs two"));
 }
 
-TEST_CASE("retrieve evaluate: classes of one name under two parents") {
+TEST_CASE("retrieve evaluate: classes of the same name under two parents are distinct") {
   const ScratchFolder scratch;
   write_items(scratch / "s.h5");
   write_file(scratch / "twins.cla",
@@ -382,7 +382,7 @@ TEST_CASE("retrieve evaluate: classes of one name under two parents") {
   CHECK(csv_line(scratch / "e.csv", "fly").empty());
 }
 
-TEST_CASE("retrieve evaluate --html: one page that needs nothing else, whatever ids and classes are called") {
+TEST_CASE("retrieve evaluate --html: one self-contained page, whatever the ids and classes") {
   const ScratchFolder scratch;
   std::vector<Item> hostile = items;
   hostile[0].id = "db/0/a<script>alert('1')</script>.off";
@@ -428,7 +428,7 @@ TEST_CASE("retrieve evaluate --html: one page that needs nothing else, whatever 
   CHECK(read_file(scratch / "notes.txt") == "mine");
 }
 
-TEST_CASE("retrieve evaluate: pictures") {
+TEST_CASE("retrieve evaluate: pictures are drawn") {
   const ScratchFolder scratch;
   write_items(scratch / "s.h5");
   const ProcessResult result = retrieve({"evaluate", scratch / "s.h5", "--per-class", "--picture",
@@ -486,7 +486,7 @@ TEST_CASE("retrieve: mistakes are explained") {
                  "no class has two models"));
 }
 
-TEST_CASE("retrieve query --picture: a row a query, frames by class, surfaces where the meshes are there") {
+TEST_CASE("retrieve query --picture: a row per query, frames by class, surfaces where the meshes exist") {
   const ScratchFolder scratch;
   for (const char* folder : {"in/ball", "in/ring"}) std::filesystem::create_directories(scratch / folder);
   write_mesh(scratch / "in/ball/a.off", icosphere(1));

@@ -96,7 +96,7 @@ TEST_CASE("retrieve query --mesh: meshes are sampled and described as the store 
   check_all_found(models, "d2+d1+a3");
 }
 
-TEST_CASE("retrieve query: a mesh that the store does not have, beside items, as a table and as JSON") {
+TEST_CASE("retrieve query: a mesh outside the store, next to items, as a table and as JSON") {
   const Models models;
   models.sample({"--describe", "pairs,d2"});
   const ProcessResult one = models.query({"--mesh", models.path("other.off"), "-k", "2"});
@@ -118,7 +118,7 @@ TEST_CASE("retrieve query: a mesh that the store does not have, beside items, as
   CHECK(contains(both.out, R"("queries":[{"query":"round/ball.off","status":"ok","reason":"","results":[)"));
 }
 
-TEST_CASE("retrieve query: what is asked wrongly, and meshes that cannot be described") {
+TEST_CASE("retrieve query: invalid queries, and meshes that cannot be described, are refused") {
   const Models models;
   models.sample({"--describe", "pairs"});
   const ProcessResult nothing = models.query({});

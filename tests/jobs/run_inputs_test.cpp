@@ -38,7 +38,7 @@ void put_mesh(const fs::path& path) {
 
 }  // namespace
 
-TEST_CASE("run: a folder that cannot be read is named, counted, and the run ends with 3") {
+TEST_CASE("run: an unreadable folder is named and counted, and the run exits with 3") {
   const ScratchFolder scratch;
   put_mesh(scratch / "in/open/a.off");
   put_mesh(scratch / "in/closed/b.off");
@@ -84,7 +84,7 @@ TEST_CASE("run: linked class folders are searched, hidden files are counted") {
   CHECK_THAT(result.out, ContainsSubstring("hidden files and folders skipped: 3"));
 }
 
-TEST_CASE("run: any file name, and export and info find items by id and by path") {
+TEST_CASE("run: any file name works, and export and info find items by id and by path") {
   const ScratchFolder scratch;
   for (const char* name : {"caf\xE9.off", "two\nlines.off"}) put_mesh(scratch / "in" / name);
   fs::create_directories(scratch / "bad");
@@ -109,7 +109,7 @@ TEST_CASE("run: any file name, and export and info find items by id and by path"
         0);
 }
 
-TEST_CASE("run: lists on two machines make the same store, and a list that grows renames nothing") {
+TEST_CASE("run: lists on two machines make the same store, and a growing list renames nothing") {
   const ScratchFolder scratch;
   ProcessOptions lines, nulls;
   for (const char* machine : {"here", "far/away"})
@@ -146,7 +146,7 @@ TEST_CASE("run: lists on two machines make the same store, and a list that grows
   CHECK_THAT(needless.err, ContainsSubstring("--null applies to lists"));
 }
 
-TEST_CASE("run, info, export: classes and splits of a labelled tree, PointNet files of each part") {
+TEST_CASE("run, info, export: a labeled tree gives classes and splits, and PointNet files of each split") {
   const ScratchFolder scratch;
   for (const char* item : {"chair/train/1.off", "chair/train/2.off", "chair/test/3.off", "lamp/train/4.off"})
     put_mesh(scratch / "in" / item);
@@ -186,7 +186,8 @@ TEST_CASE("run, info, export: classes and splits of a labelled tree, PointNet fi
   CHECK_FALSE(fs::exists(folder + "/ply_data_train2.h5"));
 }
 
-TEST_CASE("run --labels: classes and splits of a file, and rows without a class stay out of PointNet files") {
+TEST_CASE(
+    "run --labels: a file gives classes and splits, and rows without a class stay out of PointNet files") {
   const ScratchFolder scratch;
   for (const char* item : {"1.off", "2.off", "3.off"}) put_mesh(scratch / "in" / item);
   write_file(scratch / "labels.csv", "id,class,split\n1.off,chair,test\n2.off,lamp,\n9.off,lamp,train\n");
@@ -220,8 +221,7 @@ TEST_CASE("run --labels: classes and splits of a file, and rows without a class 
   CHECK_FALSE(fs::exists(scratch / "c.h5"));
 }
 
-TEST_CASE(
-    "run: ShapeNet as it is handed out, with its table and its taxonomy, unpacked and as zips in a zip") {
+TEST_CASE("run: ShapeNet as distributed, with table and taxonomy, unpacked and as nested zips") {
   const ScratchFolder scratch;
   const fs::path root = scratch / "ShapeNetCore.v2";
   for (const char* item : {"02691156/1a", "03001627/1a", "03001627/2b"})
@@ -287,7 +287,7 @@ TEST_CASE(
   CHECK(read_file(scratch / "array.h5") == read_file(scratch / "s.h5"));
 }
 
-TEST_CASE("run --labels: lists of ids beside each other, and what is ambiguous is named") {
+TEST_CASE("run --labels: several lists of ids are combined, and ambiguous ids are named") {
   const ScratchFolder scratch;
   for (const char* item : {"a/1.off", "b/1.off", "b/2.off", "b/3.off"}) put_mesh(scratch / "in" / item);
   write_file(scratch / "train.txt", "1\n2\n");
@@ -322,7 +322,7 @@ TEST_CASE("run --labels: lists of ids beside each other, and what is ambiguous i
   CHECK_THAT(unknown.err, ContainsSubstring("--labels train="));
 }
 
-TEST_CASE("info: an unfinished run says what it is and what continues it") {
+TEST_CASE("info: an unfinished run says what it is and how to continue it") {
   const ScratchFolder scratch;
   // The largest model comes first, and others are left.
   const std::string broken = "OFF\n" + std::string(1 << 20, 'x');

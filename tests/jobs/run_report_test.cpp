@@ -16,7 +16,7 @@ RunReport report_of(const std::string& text) {
 
 }  // namespace
 
-TEST_CASE("run report: the root of lists and the time since which inputs were read") {
+TEST_CASE("run report: holds the root of lists and the time when inputs were read") {
   const RunReport report = report_of(
       "{\"tool\":\"x\",\"root\":\"/models \\\"a\\\"/100%25\",\"inputs_read_since_unix_ns\":1500}\n");
   CHECK(report.root == "/models \"a\"/100%");
@@ -24,7 +24,7 @@ TEST_CASE("run report: the root of lists and the time since which inputs were re
   CHECK(report.inputs_read_since->time_since_epoch() == std::chrono::nanoseconds(1500));
 }
 
-TEST_CASE("run report: what is missing, damaged or of another type says nothing, and the rest is read") {
+TEST_CASE("run report: missing, damaged and mistyped members are ignored, and the rest is read") {
   const ScratchFolder scratch;
   for (const RunReport& report :
        {read_run_report(scratch / "none.h5"), report_of(""), report_of("my notes\n"), report_of("{\"root\":"),

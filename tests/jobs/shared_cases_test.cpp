@@ -69,7 +69,7 @@ double share_of(const Row& row, const Rgb& wanted, int tolerance = 0) {
 
 }  // namespace
 
-TEST_CASE("shared cases: images of ShapeNet beside its models, in a folder and in a zip") {
+TEST_CASE("shared cases: ShapeNet images next to its models are found, in a folder and in a zip") {
   if (!is_there("shapenet_v2_images")) return;
   const ScratchFolder scratch;
   write_file(scratch / "set.zip", zip_bytes(entries_of(cases / "shapenet_v2_images")));
@@ -86,7 +86,7 @@ TEST_CASE("shared cases: images of ShapeNet beside its models, in a folder and i
   }
 }
 
-TEST_CASE("shared cases: colours by declared type, by the valid bit, by the only material, by encodings") {
+TEST_CASE("shared cases: colors by declared type, valid bit, single material and encoding") {
   if (is_there("obj_without_usemtl"))
     for (const auto& [id, row] : rows_of(cases / "obj_without_usemtl")) CHECK(all_have(row, {200, 30, 40}));
   if (is_there("encodings"))
@@ -111,7 +111,7 @@ TEST_CASE("shared cases: colours by declared type, by the valid bit, by the only
     }
 }
 
-TEST_CASE("shared cases: areas and boxes of glTF, OFF, STL and of faces without an area") {
+TEST_CASE("shared cases: areas and boxes of glTF, OFF, STL and of faces without area") {
   const auto area = [](const char* folder, const char* id) {
     return rows_of(cases / folder).at(id).report.area;
   };
@@ -141,7 +141,7 @@ TEST_CASE("shared cases: areas and boxes of glTF, OFF, STL and of faces without 
     }
 }
 
-TEST_CASE("shared cases: labels and objects are classes, with the names of these") {
+TEST_CASE("shared cases: labels and objects are classes, with their names") {
   if (is_there("integer_labels")) {
     const Row row = rows_of(cases / "integer_labels", {"--attribute", "label"}).at("scene.ply");
     REQUIRE(row.samples.classes.size() == 1);

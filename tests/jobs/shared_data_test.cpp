@@ -218,7 +218,7 @@ TEST_CASE("shared data: a row for each of the 212 files, paper/ and retrieval/ o
   }
 }
 
-TEST_CASE("shared data: exactly n distinct points on their polygons, for one and for many, over dirty/") {
+TEST_CASE("shared data: exactly n distinct points on their polygons, for small and large n, over dirty/") {
   MEANDER_NEEDS_SHARED_DATA();
   const ScratchFolder scratch;
   for (const std::uint32_t samples : thinned<std::uint32_t>(2, {1, 256, 7}))
@@ -227,7 +227,7 @@ TEST_CASE("shared data: exactly n distinct points on their polygons, for one and
                    shared_data("dirty"));
 }
 
-TEST_CASE("shared data: exactly n distinct points on their polygons, every n, over everything", "[slow]") {
+TEST_CASE("shared data: exactly n distinct points on their polygons, every n, over all files", "[slow]") {
   MEANDER_NEEDS_SHARED_DATA();
   const ScratchFolder scratch;
   for (const std::uint32_t samples : {1u, 7u, 256u, 2048u, 100000u})

@@ -8,7 +8,7 @@
 using namespace meander;
 using namespace meander::test;
 
-TEST_CASE("made otherwise: every parameter that differs is named with both values") {
+TEST_CASE("store parameters: every difference is named with both values") {
   const ScratchFolder scratch;
   StoreHeader header;
   header.samples = 4;
@@ -22,7 +22,7 @@ TEST_CASE("made otherwise: every parameter that differs is named with both value
   CHECK_THROWS_AS(find_item(store, "0"), UsageError);
 }
 
-TEST_CASE("a run begun with other parameters names all of them") {
+TEST_CASE("store parameters: a run begun with others names all differences") {
   const ScratchFolder scratch;
   StoreHeader header;
   header.samples = 4;

@@ -47,7 +47,8 @@ std::set<std::array<double, 3>> face_colors(const PolygonMesh& mesh) {
 
 }  // namespace
 
-TEST_CASE("figures: fields, segments and anisotropic samples, with PLY files that our reader reads") {
+TEST_CASE(
+    "figures: fields, segments and anisotropic samples are drawn, with PLY files that read_mesh reads") {
   if (sanitized) {
     WARN("skipped: a sanitized build has no library for Python");
     return;
@@ -103,7 +104,7 @@ TEST_CASE("figures: fields, segments and anisotropic samples, with PLY files tha
   CHECK(samples.normals.size() == 2400);
 }
 
-TEST_CASE("figures: discrepancy and differences of anisotropic samples", "[statistics]") {
+TEST_CASE("figures: discrepancy and differences of anisotropic samples are drawn", "[statistics]") {
   if (sanitized) {
     WARN("skipped: a sanitized build has no library for Python");
     return;

@@ -88,7 +88,7 @@ void check_unreadable(const StoreReader& store, const ProcessResult& result, con
 
 }  // namespace
 
-TEST_CASE("run --tensor file: one text file for a model gives the points of the same constant tensor") {
+TEST_CASE("run --tensor file: one text file per model gives the points of the same constant tensor") {
   const ScratchFolder scratch;
   write_mesh(scratch / "ball.off", icosphere(2));
   write_file(scratch / "t.txt", rows_text(icosphere(2).vertex_count()));
@@ -105,7 +105,7 @@ TEST_CASE("run --tensor file: one text file for a model gives the points of the 
   CHECK(verify_store(scratch / "s.h5").problems.empty());
 }
 
-TEST_CASE("run --tensor file: a folder has ID.txt or the id with .txt for its extension") {
+TEST_CASE("run --tensor file: a folder has ID.txt, or the id with .txt as its extension") {
   const ScratchFolder scratch;
   const auto all = write_models(scratch / "in");
   std::filesystem::create_directories(scratch / "t/tori");
@@ -161,7 +161,7 @@ TEST_CASE("run --tensor file: a folder has ID.txt or the id with .txt for its ex
   }
 }
 
-TEST_CASE("run --tensor file: datasets of an HDF5 file by id, mistakes are the rows' own") {
+TEST_CASE("run --tensor file: datasets of an HDF5 file are found by id, and mistakes fail their row") {
   const ScratchFolder scratch;
   const auto all = write_models(scratch / "in");
   const auto file = scratch / "t.h5";
@@ -213,7 +213,8 @@ TEST_CASE("run --tensor file: datasets of an HDF5 file by id, mistakes are the r
   }
 }
 
-TEST_CASE("run --tensor file: killed and started again, it ends with the bytes of an undisturbed run") {
+TEST_CASE("run --tensor file: killed and restarted, it ends with the bytes of an undisturbed run",
+          "[release]") {
   const ScratchFolder scratch;
   auto all = write_models(scratch / "in");
   for (std::uint32_t i = 0; i < 8; ++i) {

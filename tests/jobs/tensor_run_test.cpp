@@ -84,7 +84,7 @@ TEST_CASE("run --method anisotropic: mistakes are usage errors") {
   CHECK_FALSE(std::filesystem::exists(store));
 }
 
-TEST_CASE("run --method anisotropic: every tensor and form gives a whole store with its tensors") {
+TEST_CASE("run --method anisotropic: every tensor and form gives a valid store with its tensors") {
   const ScratchFolder scratch;
   write_shapes(scratch / "in");
   const std::vector<std::vector<std::string>> variants = {
@@ -134,7 +134,7 @@ TEST_CASE("run --method anisotropic: every tensor and form gives a whole store w
   CHECK(StoreReader(scratch / "c.h5").read_row(0).samples.tensor_direction.empty());
 }
 
-TEST_CASE("run --method anisotropic: an attribute that a file lacks is that file's status") {
+TEST_CASE("run --method anisotropic: a missing attribute is the status of that file") {
   const ScratchFolder scratch;
   write_shapes(scratch / "in");
   write_mesh(scratch / "in/plain.off", icosphere(1));
@@ -178,7 +178,7 @@ TEST_CASE("run --method anisotropic: info, verify and export read the store") {
   CHECK(run_process({fault_program, "verify", store}).exit_code == 3);
 }
 
-TEST_CASE("run --method anisotropic: the statuses of a conformal run, whatever the model") {
+TEST_CASE("run --method anisotropic: every model has the status of a conformal run") {
   const ScratchFolder scratch;
   const auto expected = write_collection(scratch / "in");
   for (const char* const form : {"metric", "gradient"}) {
@@ -196,7 +196,8 @@ TEST_CASE("run --method anisotropic: the statuses of a conformal run, whatever t
   }
 }
 
-TEST_CASE("run --method anisotropic: killed and started again, it ends with the bytes of a calm run") {
+TEST_CASE("run --method anisotropic: killed and restarted, it ends with the bytes of an undisturbed run",
+          "[release]") {
   const ScratchFolder scratch;
   write_collection(scratch / "in");
   REQUIRE(run_process(command(scratch / "in", scratch / "calm.h5", {"-j", "1"})).exit_code == 3);
@@ -215,7 +216,7 @@ TEST_CASE("run --method anisotropic: killed and started again, it ends with the 
   CHECK(other.err.find("other parameters") != std::string::npos);
 }
 
-TEST_CASE("run --method anisotropic: whatever the conformal route samples of the shared meshes", "[slow]") {
+TEST_CASE("run --method anisotropic: samples every shared mesh that conformal samples", "[slow]") {
   MEANDER_NEEDS_SHARED_DATA();
   const ScratchFolder scratch;
   const auto run = [&](const char* name, const std::vector<std::string>& more) {

@@ -211,7 +211,7 @@ double most_difference(const Row& row, const Lookup& lookup, double low, double 
 
 }  // namespace
 
-TEST_CASE("run --colors: a box of OBJ, MTL and PNG has the colour of its image at every sample") {
+TEST_CASE("run --colors: every sample of an OBJ, MTL and PNG box has the color of its image") {
   const ScratchFolder scratch;
   fs::create_directories(scratch / "in/maps");
   const TestImage image = colorful(7, 5);
@@ -238,7 +238,7 @@ TEST_CASE("run --colors: a box of OBJ, MTL and PNG has the colour of its image a
   check("-mm 0 0.5 ", "", {image, Edge::repeat, Edge::repeat, false, {.5, .5, .5}}, 1, 1, 0, 0);
 }
 
-TEST_CASE("run --colors: a GLB box, nearest and bilinear, of every wrap mode, in linear light") {
+TEST_CASE("run --colors: a GLB box, nearest and bilinear, in every wrap mode, in linear light") {
   const ScratchFolder scratch;
   const TestImage image = colorful(6, 4);
   const std::array<std::pair<Edge, int>, 3> edges = {
@@ -259,7 +259,7 @@ TEST_CASE("run --colors: a GLB box, nearest and bilinear, of every wrap mode, in
       }
 }
 
-TEST_CASE("run --colors: images of glTF in a view, a data URI, a file, and a JPEG") {
+TEST_CASE("run --colors: glTF images in a buffer view, a data URI, a file, and a JPEG") {
   const ScratchFolder scratch;
   const TestImage image(16, 16, [](std::uint32_t x, std::uint32_t y) {
     return std::vector<int>{static_cast<int>(20 + 10 * x), static_cast<int>(220 - 9 * y),
@@ -301,7 +301,7 @@ TEST_CASE("run --colors: images of glTF in a view, a data URI, a file, and a JPE
   }
 }
 
-TEST_CASE("run --colors: a sphere of two colours with a seam has no third") {
+TEST_CASE("run --colors: a two-colored sphere with a seam has no third color") {
   const ScratchFolder scratch;
   constexpr int columns = 32, rows = 16;
   const TestImage halves(64, 1, [](std::uint32_t x, std::uint32_t) {
@@ -361,7 +361,7 @@ TEST_CASE("run --colors: the mean of 10,000 samples is that of the image over th
   }
 }
 
-TEST_CASE("run --colors: images that are missing, damaged, too large or outside are fills with a count") {
+TEST_CASE("run --colors: missing, damaged, too large and outside images are counted as fills") {
   const ScratchFolder scratch;
   fs::create_directories(scratch / "in/model");
   const std::string png = png_bytes(colorful(5, 5));
@@ -403,7 +403,7 @@ TEST_CASE("run --colors: images that are missing, damaged, too large or outside 
   CHECK(fills > 0);
 }
 
-TEST_CASE("run --colors: an image that changes is noticed, and archives give the bytes of the folder") {
+TEST_CASE("run --colors: a changed image is detected, and archives give the bytes of the folder") {
   const ScratchFolder scratch;
   fs::create_directories(scratch / "folder/set/maps");
   write_file(scratch / "folder/set/maps/image.png", png_bytes(colorful(9, 9)));
@@ -433,7 +433,7 @@ TEST_CASE("run --colors: an image that changes is noticed, and archives give the
   CHECK(after.samples.rgb != before.samples.rgb);
 }
 
-TEST_CASE("run --colors: the textured files of assimp-testmodels have the colours of their images") {
+TEST_CASE("run --colors: the textured files of assimp-testmodels have the colors of their images") {
   const fs::path models = "/usr/share/assimp/models";
   if (!fs::exists(models)) {
     WARN("skipped: assimp-testmodels is not installed");
@@ -509,7 +509,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("run --density texture: the same for any threads, another for another image, 1 without any") {
+TEST_CASE("run --density texture: the same for any threads, different for another image, 1 without any") {
   const ScratchFolder scratch;
   fs::create_directories(scratch / "in");
   write_file(scratch / "in/box.obj", box_obj());
@@ -541,7 +541,7 @@ TEST_CASE("run --density texture: the same for any threads, another for another 
   CHECK(refused.err.find("`texture` does not go with the method anisotropic") != std::string::npos);
 }
 
-TEST_CASE("run --colors: companions whose names differ in case are found, the same in folders, zip and tar") {
+TEST_CASE("run --colors: companions in another case are found, the same in folders, zip and tar") {
   const ScratchFolder scratch;
   fs::create_directories(scratch / "in/MAPS");
   write_file(scratch / "in/Box.obj", box_obj("maps/Paint.mtl"));
@@ -675,7 +675,7 @@ double largest_difference(const Row& row, const TestImage& image) {
 
 }  // namespace
 
-TEST_CASE("README: its commands for data sets give classes, splits and the colour of every sample") {
+TEST_CASE("README: its commands for data sets give classes, splits and the color of every sample") {
   const ScratchFolder scratch;
   const TestImage image = colorful(9, 7);
   put_modelnet(scratch / "ModelNet40");
@@ -724,7 +724,7 @@ TEST_CASE("README: its commands for data sets give classes, splits and the colou
   }
 }
 
-TEST_CASE("run --colors: parts of PartNet have the images beside the folder of their models") {
+TEST_CASE("run --colors: PartNet parts find the images next to the folder of their models") {
   const ScratchFolder scratch;
   const TestImage image = colorful(6, 6);
   put_with_images_beside(scratch / "dataset/100013", "textured_objs", "original-1", image);

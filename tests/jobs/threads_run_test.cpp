@@ -61,7 +61,7 @@ void check_threads(const std::vector<std::string>& options, const char* samples 
 
 }  // namespace
 
-TEST_CASE("run: a file that is read while its digest is made has its digest and its samples, or its status") {
+TEST_CASE("run: a file changed while it is read has a consistent digest and samples, or a status") {
   const ScratchFolder scratch;
   std::filesystem::create_directories(scratch / "in");
   // 17 MiB of comments.
@@ -98,7 +98,7 @@ TEST_CASE("run: a file that is read while its digest is made has its digest and 
 TEST_CASE("run: the same bytes with 1, 2 and 8 threads, conformal, with certificate") {
   check_threads({"--method", "conformal", "--certify"});
 }
-TEST_CASE("run: the same bytes with 1, 2 and 8 threads, conformal, denser where the surface bends") {
+TEST_CASE("run: the same bytes with 1, 2 and 8 threads, conformal, with a curvature density") {
   check_threads({"--method", "conformal", "--density", "mean"});
 }
 TEST_CASE("run: the same bytes with 1, 2 and 8 threads, auto") { check_threads({"--certify"}); }

@@ -55,7 +55,7 @@ TEST_CASE("run --topology none: the points of full, no counts, recorded in the s
   CHECK(sample_folder(scratch, none, {}).exit_code == 2);
 }
 
-TEST_CASE("run --topology none: descriptors that need it come later, and queries find it") {
+TEST_CASE("run --topology none: descriptors that need topology can be added later, and queries compute it") {
   const ScratchFolder scratch;
   write_inputs(scratch);
   const std::string full = scratch / "full.h5", none = scratch / "none.h5";
@@ -77,7 +77,7 @@ TEST_CASE("run --topology none: descriptors that need it come later, and queries
   CHECK(query.out.find("ring.off") != std::string::npos);
 }
 
-TEST_CASE("run --topology none: what needs it is a usage error") {
+TEST_CASE("run --topology none: options that need topology are usage errors") {
   const ScratchFolder scratch;
   write_inputs(scratch);
   for (const Arguments& more : {Arguments{"--method", "conformal"}, Arguments{"--density", "mean"},

@@ -82,8 +82,7 @@ constexpr const char* no_time = "0.000000001s";
 
 }  // namespace
 
-TEST_CASE(
-    "second run: new files join the store, the rest is kept, the bytes are those of a run from nothing") {
+TEST_CASE("second run: new files join the store, the rest is kept, with the bytes of a run from scratch") {
   const Collection c;
   REQUIRE(c.run().exit_code == 0);
   c.add("a/first.off", 20);
@@ -98,7 +97,7 @@ TEST_CASE(
   CHECK(c.run().exit_code == 0);  // and there is nothing left to do
 }
 
-TEST_CASE("second run: labels and splits of rows that are kept follow the inputs") {
+TEST_CASE("second run: labels and splits of kept rows follow the inputs") {
   const Collection c;
   c.add("cat/x.off", 20);
   REQUIRE(c.run({"--label-from-folder"}).exit_code == 0);
@@ -110,8 +109,7 @@ TEST_CASE("second run: labels and splits of rows that are kept follow the inputs
   CHECK(says(without, "has labels, but this command gives none"));
 }
 
-TEST_CASE(
-    "second run: a changed input is noticed by size or time and content, kept, and done again on demand") {
+TEST_CASE("second run: a changed input is detected by size or time and content, kept, and redone on demand") {
   const Collection c;
   for (const auto& entry : fs::directory_iterator(c.in)) make_old(entry.path());
   REQUIRE(c.run().exit_code == 0);
@@ -147,7 +145,7 @@ TEST_CASE(
   CHECK(c.run().exit_code == 0);
 }
 
-TEST_CASE("second run: an input that could not be read and can be read now counts as changed") {
+TEST_CASE("second run: an unreadable input that becomes readable counts as changed") {
   const Collection c;
   fs::create_symlink(c.scratch / "elsewhere.off", c.in / "link.off");
   REQUIRE(c.run().exit_code == 3);
@@ -159,7 +157,7 @@ TEST_CASE("second run: an input that could not be read and can be read now count
   CHECK(c.bytes() == c.fresh_bytes());
 }
 
-TEST_CASE("second run: a vanished input is named and its row kept, until it is asked to leave") {
+TEST_CASE("second run: a vanished input is named and its row kept until its removal is requested") {
   const Collection c;
   REQUIRE(c.run().exit_code == 0);
   const std::string before = c.bytes();
@@ -175,7 +173,7 @@ TEST_CASE("second run: a vanished input is named and its row kept, until it is a
   CHECK(c.bytes() == c.fresh_bytes());
 }
 
-TEST_CASE("second run: --retry vanished takes no row out while some inputs could not be searched") {
+TEST_CASE("second run: --retry vanished removes no row while some inputs could not be searched") {
   const Collection c;
   REQUIRE(c.run().exit_code == 0);
   const std::string before = c.bytes();
@@ -221,7 +219,7 @@ TEST_CASE("second run: an unfinished run is finished first, then new inputs join
   CHECK(c.bytes() == c.fresh_bytes());
 }
 
-TEST_CASE("second run: an unfinished run is not ended with inputs of which it has none") {
+TEST_CASE("second run: an unfinished run is not continued with inputs that are not its own") {
   const Collection c;
   REQUIRE(run_process(c.command(), with_fault("stop:m3")).exit_code == 75);
   fs::create_directories(c.scratch / "other");
@@ -237,7 +235,7 @@ TEST_CASE("second run: an unfinished run is not ended with inputs of which it ha
   CHECK(c.bytes() == c.fresh_bytes());
 }
 
-TEST_CASE("second run: --dry-run says what would be done with the store that is there, and does nothing") {
+TEST_CASE("second run: --dry-run says what would be done with the existing store, and does nothing") {
   const Collection c;
   CHECK_FALSE(says(c.run({"--dry-run"}), "the store has"));
   REQUIRE(run_process(c.command(), with_fault("stop:m3")).exit_code == 75);
@@ -262,7 +260,7 @@ TEST_CASE("second run: --dry-run says what would be done with the store that is 
   CHECK_FALSE(fs::exists(c.scratch / "s.h5.run"));
 }
 
-TEST_CASE("second run: an update killed at any moment continues, with more inputs and with another --retry") {
+TEST_CASE("second run: an update killed at any moment resumes, with more inputs and with another --retry") {
   const Collection c;
   REQUIRE(c.run().exit_code == 0);
   for (int i = 0; i < 8; ++i) c.add("n" + std::to_string(i) + ".off", 60 + i);
@@ -362,7 +360,7 @@ struct ListedFolders {
 
 }  // namespace
 
-TEST_CASE("second run: an update from a list over some of the folders is stopped, killed and continued") {
+TEST_CASE("second run: an update from a list over some folders resumes after a stop and a kill") {
   const ListedFolders l;
   REQUIRE(l.run("s.h5", {l.list("both", {"a", "b"})}).exit_code == 0);
   l.add_more();
@@ -373,7 +371,7 @@ TEST_CASE("second run: an update from a list over some of the folders is stopped
   CHECK(store.rows() == 11);
 }
 
-TEST_CASE("second run: an update from several lists, or one on standard input, is stopped and continued") {
+TEST_CASE("second run: an update from several lists, or from standard input, resumes") {
   const ListedFolders l;
   REQUIRE(l.run("s.h5", {l.list("a", {"a"}), l.list("b", {"b"})}).exit_code == 0);
   l.add_more();
@@ -389,7 +387,7 @@ TEST_CASE("second run: an update from several lists, or one on standard input, i
   CHECK(StoreReader(l.c.store).rows() == 13);
 }
 
-TEST_CASE("second run: --retry over a list of some of the folders is stopped and continued") {
+TEST_CASE("second run: --retry over a list of some folders resumes") {
   const ListedFolders l;
   REQUIRE(l.run("s.h5", {l.list("both", {"a", "b"})}, {"--timeout", no_time}).exit_code == 3);
   l.check_continues({l.list("some", {"a"})}, {"--retry", "timeout"}, {"stop:a/m1", "kill:a/m2"});
@@ -403,7 +401,7 @@ TEST_CASE("second run: --retry over a list of some of the folders is stopped and
   CHECK(StoreReader(l.c.store).rows() == 3);
 }
 
-TEST_CASE("second run: an update from a list with --reuse is stopped and continued") {
+TEST_CASE("second run: an update from a list with --reuse resumes") {
   const ListedFolders l;
   REQUIRE(l.run("s.h5", {l.list("both", {"a", "b"})}).exit_code == 0);
   l.add_more();
@@ -427,7 +425,7 @@ TEST_CASE("second run: --root is remembered by a stopped update, and by one from
   CHECK(StoreReader(l.c.store).find("in/a/later.off"));
 }
 
-TEST_CASE("second run: an update stopped under another --root is not ended with ids of the store's root") {
+TEST_CASE("second run: an update stopped under another --root does not take ids of the store's root") {
   const ListedFolders l;
   const std::string both = l.list("both", {"a", "b"});
   REQUIRE(l.run("s.h5", {both}).exit_code == 0);
@@ -445,7 +443,7 @@ TEST_CASE("second run: an update stopped under another --root is not ended with 
   CHECK(StoreReader(l.c.store).find("b/m2.off"));
 }
 
-TEST_CASE("second run: the root of lists is that of the store where a plan of an update does not say it") {
+TEST_CASE("second run: the root of lists is that of the store unless the plan of an update has one") {
   const ListedFolders l;
   REQUIRE(l.run("s.h5", {l.list("both", {"a", "b"})}).exit_code == 0);
   {
@@ -460,7 +458,7 @@ TEST_CASE("second run: the root of lists is that of the store where a plan of an
   CHECK(StoreReader(l.c.store).rows() == 11);
 }
 
-TEST_CASE("second run: a store that was merged from stores of lists with one root remembers it") {
+TEST_CASE("second run: a store merged from stores of lists with one root remembers it") {
   const ListedFolders l;
   const std::string root = l.c.in.string();
   REQUIRE(l.run("x.h5", {l.list("a", {"a"})}, {"--root", root}).exit_code == 0);
@@ -474,7 +472,7 @@ TEST_CASE("second run: a store that was merged from stores of lists with one roo
   CHECK(StoreReader(l.c.store).rows() == 11);
 }
 
-TEST_CASE("second run: an update from a list of archives is stopped and continued") {
+TEST_CASE("second run: an update from a list of archives resumes") {
   const ListedFolders l;
   const auto pack = [&](const std::string& folder) {
     const std::string archive = (l.c.in / (folder + ".tar")).string();
@@ -492,7 +490,7 @@ TEST_CASE("second run: an update from a list of archives is stopped and continue
   CHECK(StoreReader(l.c.store).rows() == 11);
 }
 
-TEST_CASE("second run: a --retry that was interrupted is finished, and a second list is not ignored") {
+TEST_CASE("second run: an interrupted --retry is finished, and a second list is not ignored") {
   const Collection c;
   write_file(c.in / "bad.off", "OFF\n1 1 0\n0 0 0\n3 0 1 2\n");  // unusable until it is corrected
   write_mesh(c.in / "big.off", icosphere(5), MeshFile::off);
@@ -508,7 +506,7 @@ TEST_CASE("second run: a --retry that was interrupted is finished, and a second 
   CHECK(c.bytes() == c.fresh_bytes());
 }
 
-TEST_CASE("second run: it says how rows that failed for a limit can be done again") {
+TEST_CASE("second run: explains how to redo rows that failed for a limit") {
   const Collection c;
   REQUIRE(c.run({"--timeout", no_time}).exit_code == 3);
   const ProcessResult result = c.run({"--timeout", "10s"});
@@ -517,7 +515,7 @@ TEST_CASE("second run: it says how rows that failed for a limit can be done agai
   CHECK(c.run({"--timeout", "10s", "--retry", "timeout"}).exit_code == 0);
 }
 
-TEST_CASE("second run: --fresh keeps the old store until the new one is whole") {
+TEST_CASE("second run: --fresh keeps the old store until the new one is complete") {
   const Collection c;
   REQUIRE(c.run().exit_code == 0);
   const std::string before = c.bytes();
@@ -533,7 +531,8 @@ TEST_CASE("second run: --fresh keeps the old store until the new one is whole") 
   CHECK(c.bytes() == c.fresh_bytes({"--seed", "5"}));
 }
 
-TEST_CASE("second run: --fresh with --reuse of the same name works, and a wrong --reuse destroys nothing") {
+TEST_CASE(
+    "second run: --fresh with --reuse of the same name works, and an invalid --reuse destroys nothing") {
   const Collection c;
   REQUIRE(c.run().exit_code == 0);
   const std::string before = c.bytes();
@@ -548,14 +547,14 @@ TEST_CASE("second run: --fresh with --reuse of the same name works, and a wrong 
   CHECK(c.bytes() == before);
 }
 
-TEST_CASE("second run: a polite stop leaves no suspects") {
+TEST_CASE("second run: a stopped run leaves no suspects") {
   const Collection c;
   REQUIRE(run_process(c.command(), with_fault("stop:m3")).exit_code == 75);
   CHECK(fs::file_size(c.scratch / "s.h5.run" / fs::path("begun.log")) == 0);
   CHECK(c.run().exit_code == 0);
 }
 
-TEST_CASE("run: --max-failures says that it is the reason, and counts over restarts") {
+TEST_CASE("run: --max-failures is named as the reason, and counts over restarts") {
   const Collection c;
   for (int i = 0; i < 40; ++i) write_file(c.in / ("bad" + std::to_string(i) + ".off"), "OFF\n0 0 0\n");
   const ProcessResult first = c.run({"--max-failures", "3", "-j", "1"});
@@ -573,7 +572,7 @@ TEST_CASE("run: --max-failures says that it is the reason, and counts over resta
   CHECK(c.bytes() == c.fresh_bytes());
 }
 
-TEST_CASE("run: items end in the order of their size with one thread, and none waits for the others") {
+TEST_CASE("run: with one thread items end in order of size, and none waits for the others") {
   const Collection c;
   write_mesh(c.in / "large.off", icosphere(5), MeshFile::off);
   const ProcessResult result =
@@ -584,7 +583,7 @@ TEST_CASE("run: items end in the order of their size with one thread, and none w
   CHECK(result.err.find("\"waited\":") != std::string::npos);
 }
 
-TEST_CASE("docs/RUNNING.md: every status and exit code is there, and every option that it names exists") {
+TEST_CASE("docs/RUNNING.md: lists every status and exit code, and only options that exist") {
   const std::string page = read_file(std::string(MEANDER_SOURCE_DIR) + "/docs/RUNNING.md");
   for (const std::string_view status : status_names) {
     INFO(status);

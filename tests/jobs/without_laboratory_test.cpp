@@ -49,7 +49,7 @@ struct Place {
 
 }  // namespace
 
-TEST_CASE("without the laboratory: run, surface, describe, retrieve, verify, info, export") {
+TEST_CASE("without the laboratory: run, surface, describe, retrieve, verify, info and export work") {
   const Place place;
   const std::string store = place.path("s.h5");
   place.does({"run", place.path("models"), "-o", store, "-n", "64", "--label-from-folder"});
@@ -65,7 +65,7 @@ TEST_CASE("without the laboratory: run, surface, describe, retrieve, verify, inf
   place.does({"surface", "torus", "-n", "64", "-o", place.path("t.h5")});
 }
 
-TEST_CASE("without the laboratory: what needs it is a usage error that says so") {
+TEST_CASE("without the laboratory: commands that need it are usage errors that say so") {
   const Place place;
   const std::string store = place.path("s.h5");
   place.lacks({"run", place.path("models"), "-o", store, "--certify"}, "--certify", "s.h5");

@@ -65,7 +65,7 @@ DifferenceParameters small_map() {
 
 }  // namespace
 
-TEST_CASE("add_anisotropic_differences: tensors are their inverse Jacobians") {
+TEST_CASE("add_anisotropic_differences: tensors act as their inverse Jacobians") {
   const PlanarSamples set = random_samples(300, 5);
   const std::vector<TangentTensor> field = varying_field(set);
   std::vector<double> inverse;
@@ -160,7 +160,7 @@ TEST_CASE("add_anisotropic_surface_differences: a plane in space gives the map o
     }
 }
 
-TEST_CASE("add_anisotropic_surface_differences: isotropic spacings on a sphere, and threads") {
+TEST_CASE("add_anisotropic_surface_differences: isotropic spacings on a sphere, for any threads") {
   const PlanarSamples u = random_samples(3000, 7);
   TangentArrays sphere;
   std::vector<double> spacing;
@@ -209,7 +209,7 @@ TEST_CASE("add_anisotropic_surface_differences: random samples of a sphere are w
   }
 }
 
-TEST_CASE("add_anisotropic_surface_differences: samples of other sheets of a fold do not count") {
+TEST_CASE("add_anisotropic_surface_differences: samples on other sheets of a fold do not count") {
   const PlanarSamples set = random_samples(300, 6), other = random_samples(300, 16);
   const std::vector<TangentTensor> field(300, scaled(log_spacing(4, 0.3), 300));
   TangentArrays front = in_space(set, field, {1, 0, 0}, {0, 1, 0});
@@ -246,7 +246,7 @@ TEST_CASE("geodesic_vector: exact on the sphere") {
   CHECK_FALSE(geodesic_vector({0, 0, 1}, frame, {0, 0, 2}, q));
 }
 
-TEST_CASE("anisotropic differences: what they refuse") {
+TEST_CASE("anisotropic differences: invalid arguments are refused") {
   DifferenceMap map = make_difference_map(small_map());
   const PlanarSamples set = random_samples(3, 6);
   std::vector<TangentTensor> field(3, scaled({}, 3));

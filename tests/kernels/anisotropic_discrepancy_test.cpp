@@ -173,7 +173,7 @@ TEST_CASE("anisotropic_discrepancy: one rate and constant for every ratio", "[sl
   }
 }
 
-TEST_CASE("anisotropic_discrepancy: what it refuses") {
+TEST_CASE("anisotropic_discrepancy: invalid arguments are refused") {
   const std::vector<double> one = {0.5}, two = {0.1, 0.2};
   const double nan = std::numeric_limits<double>::quiet_NaN();
   AnisotropicDiscrepancyParameters parameters = with_shapes(16, 1);

@@ -282,7 +282,7 @@ void check_classes(ChartedModel& model, const std::string& name, const std::vect
 
 }  // namespace
 
-TEST_CASE("anisotropic quality: a constant tensor in the plane, at a glance") {
+TEST_CASE("anisotropic quality: a constant tensor in the plane, quick check") {
   // The whole in small: a third of the discrepancy of random points in ratio-4 windows, and the dip's ratio.
   const PlaneRate rate = plane_rate(4, 0.5, {512}, 2);
   const PlanarSamples noise = random_samples(2048 * 4, 3);

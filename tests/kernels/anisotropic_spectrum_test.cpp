@@ -36,7 +36,7 @@ TEST_CASE("radial_profile: elliptical rings") {
   CHECK_THROWS_AS(radial_profile(map, side, 0, 1, {-1, 0, -1}), std::invalid_argument);
 }
 
-TEST_CASE("angular_power: strata of the metric look alike in all directions once pulled back") {
+TEST_CASE("angular_power: strata of the metric look isotropic once pulled back") {
   constexpr std::uint32_t sets = 10;
   for (const double ratio : {1.0, 2.0, 4.0, 8.0})
     for (const double angle : {0.0, 0.5, 2.2}) {
@@ -75,7 +75,7 @@ TEST_CASE("angular_power: strata of the metric look alike in all directions once
     }
 }
 
-TEST_CASE("angular_power: white noise under any tensor, and its estimate of the noise") {
+TEST_CASE("angular_power: white noise under any tensor, and its noise estimate") {
   double squares = 0;
   constexpr int repeats = 30;
   for (std::uint64_t r = 0; r < repeats; ++r) {
@@ -109,7 +109,7 @@ TEST_CASE("angular_power: sectors are counted from e1") {
   for (std::size_t k = 1; k < 8; ++k) CHECK(power.sector[k] < 0.25 * first);
 }
 
-TEST_CASE("angular_power: what it refuses") {
+TEST_CASE("angular_power: invalid arguments are refused") {
   PowerSpectrum spectrum = make_power_spectrum(8);
   CHECK_THROWS_AS(angular_power(spectrum, {}, 0.5, 4), std::invalid_argument);
   CHECK_THROWS_AS(radial_power(spectrum, TangentTensor{}), std::invalid_argument);

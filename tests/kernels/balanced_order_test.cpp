@@ -83,7 +83,7 @@ std::vector<std::array<float, 3>> extents(const std::vector<MassPoint>& points, 
 
 }  // namespace
 
-TEST_CASE("balanced order: every element keeps its mass, and few are divided") {
+TEST_CASE("balanced order: every element keeps its mass, and few are split") {
   for (const std::uint32_t n : {1u, 2u, 3u, 7u, 64u, 1000u}) {
     const std::vector<MassPoint> points = square_points(5000);
     const BalancedOrder order = ordered(points, n);
@@ -102,7 +102,7 @@ TEST_CASE("balanced order: every element keeps its mass, and few are divided") {
   }
 }
 
-TEST_CASE("balanced order: at every level of the tree the cells are boxes that do not overlap") {
+TEST_CASE("balanced order: the cells of every tree level are boxes that do not overlap") {
   // With 64 shares, the 2^k blocks of consecutive shares are the nodes of level k: boxes of equal mass.
   constexpr std::uint32_t n = 64;
   const std::vector<MassPoint> points = square_points(20000);
@@ -117,7 +117,7 @@ TEST_CASE("balanced order: at every level of the tree the cells are boxes that d
   }
 }
 
-TEST_CASE("balanced order: shares are cut where the masses ask for, not the numbers of elements") {
+TEST_CASE("balanced order: shares are cut by mass, not by the number of elements") {
   // All elements left of the middle weigh three times as much: of 8 shares 6 lie there.
   std::vector<MassPoint> points = square_points(4096);
   for (MassPoint& p : points) p.mass = p.at[0] < 0.5f ? 3 : 1;
@@ -133,7 +133,7 @@ TEST_CASE("balanced order: shares are cut where the masses ask for, not the numb
   CHECK(std::accumulate(left.begin(), left.end(), 0.0) / share == Approx(6).epsilon(0.03));
 }
 
-TEST_CASE("balanced order: consecutive cells are neighbours") {
+TEST_CASE("balanced order: consecutive cells are neighbors") {
   constexpr std::uint32_t n = 1000;
   const std::vector<MassPoint> points = square_points(16000);
   const BalancedOrder order = ordered(points, n);
@@ -179,7 +179,7 @@ Splits small_splits(std::uint32_t elements) {
   return splits;
 }
 
-TEST_CASE("balanced order: splits are taken apart in small cells, and nothing is lost") {
+TEST_CASE("balanced order: splits are resolved in small cells, and nothing is lost") {
   const std::vector<MassPoint> points = square_points(1000);
   const Splits splits = small_splits(1000);
   for (const std::uint32_t n : {1u, 8u, 33u, 100u, 129u, 500u}) {
@@ -205,7 +205,7 @@ TEST_CASE("balanced order: splits are taken apart in small cells, and nothing is
   }
 }
 
-TEST_CASE("balanced order: equal elements give equal cells, with splits and without") {
+TEST_CASE("balanced order: the same whether elements are freed early or not, with and without splits") {
   const std::vector<MassPoint> points = square_points(1000);
   const Splits splits = small_splits(1000);
   for (const bool with_splits : {false, true})
@@ -240,7 +240,7 @@ TEST_CASE("balanced order: parts of splits lie where the element says") {
   CHECK(along == std::vector<std::uint32_t>{7, 6, 4, 5});
 }
 
-TEST_CASE("entry_at: finds what the order of all entries has there") {
+TEST_CASE("entry_at: matches the order of all entries") {
   std::vector<MassPoint> points = square_points(3000);
   for (std::size_t i = 0; i < points.size(); i += 7) points[i].mass = 0;
   for (std::size_t i = 0; i + 1 < points.size(); i += 5) std::copy_n(points[i].at, 3, points[i + 1].at);
@@ -295,7 +295,7 @@ TEST_CASE("balanced order: masses of very different size") {
   CHECK(std::is_sorted(order.cumulative.begin(), order.cumulative.end()));
 }
 
-TEST_CASE("balanced order: extents and totals at the ends of the ranges of float and double") {
+TEST_CASE("balanced order: extents and totals at the limits of float and double") {
   for (const double unit : {5e-324, 1e-306, 1e-300, 1.0, 1e300}) {
     std::vector<MassPoint> points = square_points(300);
     for (MassPoint& p : points) {
@@ -359,7 +359,7 @@ TEST_CASE("balanced order: the same for 1, 2 and 8 threads") {
   }
 }
 
-TEST_CASE("balanced order: scaling and the order of the axes change nothing but rounding") {
+TEST_CASE("balanced order: invariant to scaling and axis order up to rounding") {
   const std::vector<MassPoint> points = square_points(2000);
   std::vector<MassPoint> other = points;
   for (MassPoint& p : other) p = {{0, 0.25f * p.at[0], 0.25f * p.at[1]}, 16 * p.mass};
@@ -386,7 +386,7 @@ TEST_CASE("balanced order: groups stay together, in their order") {
   }
 }
 
-TEST_CASE("balanced order: the sides of a thin plate are told apart by their normals") {
+TEST_CASE("balanced order: the sides of a thin plate are separated by their normals") {
   // Two coincident squares, 0.002 apart.
   std::vector<MassPoint> points = square_points(16000);
   std::vector<float> normal;
@@ -422,7 +422,7 @@ TEST_CASE("balanced order: the sides of a thin plate are told apart by their nor
   CHECK(mixed(ordered(points, n, {triangle, {}, normal, {}})) <= 6);
 }
 
-TEST_CASE("sheet cut: stacks are recognised, bends, patches and turned faces are not") {
+TEST_CASE("sheet cut: stacks are recognized, bends, patches and flipped faces are not") {
   // As they are, and tilted and far from the origin.
   const bool tilted = GENERATE(false, true);
   SheetScratch scratch;

@@ -68,8 +68,7 @@ TEST_CASE("bisection walk: every part is reached once, by shares in any order") 
   }
 }
 
-TEST_CASE(
-    "bisection walk: parts that follow each other are near each other, from one neighbour to the other") {
+TEST_CASE("bisection walk: consecutive parts are near each other") {
   // Along the faces of an icosahedron, which follow each other in the order of the file.
   const PreparedMesh mesh = prepare_mesh(icosphere(0));
   const CurveElements elements = whole_faces(mesh, bisections);

@@ -69,7 +69,7 @@ Row sample(const PolygonMesh& mesh, std::string_view method, std::uint32_t sampl
 
 }  // namespace
 
-TEST_CASE("work budget: what is refused once is refused for good") {
+TEST_CASE("work budget: once refused is refused for good") {
   WorkBudget budget(10);
   CHECK(budget.spend(4));
   CHECK(budget.spend(6));
@@ -87,7 +87,7 @@ TEST_CASE("work budget: what is refused once is refused for good") {
   CHECK(!spend(&small, 1));
 }
 
-TEST_CASE("work budget: a factorisation is refused before it is made") {
+TEST_CASE("work budget: a factorization is refused before it is computed") {
   // A path of four unknowns.
   const auto matrix = [] {
     return GraphMatrix{{{0, 1, 3, 5, 6}, {1, 0, 2, 1, 3, 2}}, {-1, -1, -1, -1, -1, -1}, {3, 3, 3, 3}};
@@ -105,7 +105,7 @@ TEST_CASE("work budget: a factorisation is refused before it is made") {
   CHECK(!cholesky.succeeded());
 }
 
-TEST_CASE("bounded charts: a folded chart of needles ends without a map, a good one keeps what it has") {
+TEST_CASE("bounded charts: a folded chart of needles ends without a map, a good one is kept") {
   const PreparedMesh ball = prepare_mesh(spiked_ball(24, 30));
   const FlatChart bounded = flatten_within(ball, 1);
   CHECK(bounded.report.method == Method::none);
@@ -131,7 +131,7 @@ TEST_CASE("bounded charts: a folded chart of needles ends without a map, a good 
   CHECK(all.v == ten_times.v);
 }
 
-TEST_CASE("bounded charts: the budget grows with the chart, never the other way round") {
+TEST_CASE("bounded charts: the budget never decreases with the size of the chart") {
   std::uint64_t before = 0;
   for (const std::size_t triangles : {1u, 10u, 1000u, 1000000u, 2000000000u}) {
     const std::uint64_t units = flatten_budget(triangles, 1).left();
@@ -142,7 +142,7 @@ TEST_CASE("bounded charts: the budget grows with the chart, never the other way 
   CHECK(flatten_budget(2000000000, 1e30).left() > before);
 }
 
-TEST_CASE("bounded charts: their component is sampled in the order of space, others keep their charts") {
+TEST_CASE("bounded charts: their component is sampled in spatial order, others keep their charts") {
   const PolygonMesh mesh = merged(moved(spiked_ball(24, 30), 0.1, 9, 0, 0), icosphere(3));
   const Row row = sample(mesh, "conformal", 1000);
   CHECK(row.report.status == Status::ok);

@@ -144,7 +144,7 @@ TEST_CASE("area_in_box: cap of a sphere") {
   }
 }
 
-TEST_CASE("area_in_box: triangles of no area and an empty mesh give zero") {
+TEST_CASE("area_in_box: triangles without area and an empty mesh give zero") {
   const PolygonMesh needle = polygon_mesh({0, 0, 0, 1, 0, 0, 2, 0, 0}, {{0, 1, 2}, {0, 0, 1}});
   CHECK(area_in_box(needle, straight_box({0, 0, 0}, 0.5, 0.5, 0.5)) == Approx(0).margin(1e-15));
   CHECK(area_in_box(PolygonMesh{}, straight_box({0, 0, 0}, 1, 1, 1)) == 0);
@@ -187,7 +187,7 @@ TEST_CASE("area_in_box: the parts of a split box add up") {
   }
 }
 
-TEST_CASE("area_in_box: rigid motion and scale change nothing but the unit") {
+TEST_CASE("area_in_box: invariant to rigid motion, and scales with the unit") {
   const PolygonMesh mesh = torus(20, 12);
   const PolygonMesh scaled = moved(mesh, 1e6, 0, 0, 0);
   const PolygonMesh turned = moved(mesh, 1, 0, 0, 0);
@@ -209,7 +209,7 @@ TEST_CASE("area_in_box: rigid motion and scale change nothing but the unit") {
   }
 }
 
-TEST_CASE("random_boxes: follow their rule") {
+TEST_CASE("random_boxes: follow their distribution") {
   const PolygonMesh mesh = moved(torus(40, 24), 3, 10, -4, 2);
   BoxParameters parameters;
   const auto boxes = random_boxes(mesh, parameters);
@@ -270,7 +270,7 @@ TEST_CASE("random_boxes: no area is an error, area in one spot gives no box") {
   CHECK(random_boxes(spot, parameters).empty());
 }
 
-TEST_CASE("box_error_ratio: equals the plain count") {
+TEST_CASE("box_error_ratio: equals direct counting") {
   const PolygonMesh mesh = icosphere(2);
   BoxParameters parameters;
   parameters.boxes = 200;
@@ -326,7 +326,7 @@ TEST_CASE("box_error_ratio: nothing to measure is an error") {
   CHECK_THROWS_AS(box_error_ratio({}, one), std::invalid_argument);
 }
 
-TEST_CASE("box_errors: signed, and their root mean square is what box_error_ratio is made of") {
+TEST_CASE("box_errors: signed, with the root mean square that box_error_ratio uses") {
   const PolygonMesh mesh = grid_plane(4, 4);
   BoxParameters parameters;
   parameters.boxes = 50;
@@ -350,7 +350,7 @@ TEST_CASE("box_errors: signed, and their root mean square is what box_error_rati
   CHECK(box_error_ratio(boxes, points) == Approx(std::sqrt(squared / variance)));
 }
 
-TEST_CASE("BoxBias: nothing for independent errors, all for those that stay") {
+TEST_CASE("BoxBias: zero for independent errors, one for constant errors") {
   const RandomKey key = make_random_key(4, {});
   BoxBias none, half, all;
   constexpr std::size_t boxes = 300, sets = 400;

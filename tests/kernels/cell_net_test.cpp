@@ -70,7 +70,7 @@ TEST_CASE("cell net: one sample in every elementary interval of a flat square") 
   }
 }
 
-TEST_CASE("cell net: every entry is selected as often as its share of the mass asks for") {
+TEST_CASE("cell net: every entry is selected in proportion to its mass") {
   // Cells of entries of masses 1 to 16, in all three axes; chi-square over all of them, 2000 shifts.
   constexpr RandomKey key{{7, 11}};
   std::vector<MassPoint> points;
@@ -124,7 +124,7 @@ struct Stack {
 
 }  // namespace
 
-TEST_CASE("cell net: the first sample of the file is anywhere, on sheets and for any number of samples") {
+TEST_CASE("cell net: the first sample of the file is uniform, on sheets and for any number of samples") {
   // The sheets' own digits and those of samples in their cells must not follow from each other, nor those of
   // halves that are sheets and of sheets that are none.
   const std::uint32_t n = GENERATE(64u, 85u, 96u);
@@ -160,7 +160,7 @@ TEST_CASE("cell net: the first sample of the file is anywhere, on sheets and for
   CHECK(chi_square < degrees + 4 * std::sqrt(2 * degrees));
 }
 
-TEST_CASE("cell net: on a flat square every sample is the first equally often") {
+TEST_CASE("cell net: on a flat square every sample is equally often the first") {
   // The root of the tree is not cut in halves: samples are bisected. Chi-square, four standard deviations.
   for (const std::uint32_t n : {3u, 5u, 7u, 12u, 100u}) {
     const BalancedCells cells = balanced_order(square_grid(30), n);
@@ -174,7 +174,7 @@ TEST_CASE("cell net: on a flat square every sample is the first equally often") 
   }
 }
 
-TEST_CASE("cell net: half of an odd number of samples takes from all parts of a square over many sets") {
+TEST_CASE("cell net: half of an odd number of samples covers all parts of a square evenly over many sets") {
   // Of 101 samples the larger half of a node lies on either side.
   constexpr std::uint32_t n = 101, prefix = 64;
   constexpr int sets = 2000;
@@ -219,7 +219,7 @@ TEST_CASE("cell net: prefixes of powers of two have one sample in every node of 
   }
 }
 
-TEST_CASE("cell net: prefixes of powers of two of other sets lie in equal parts of the surface") {
+TEST_CASE("cell net: power-of-two prefixes of other sets lie in equal parts of the surface") {
   // Of 4^j samples about one lies in each of as many small squares.
   for (const std::uint32_t n : {1000u, 1500u, 3000u}) {
     const BalancedCells cells = balanced_order(square_grid(256), n);
@@ -260,7 +260,7 @@ TEST_CASE("cell net: every prefix is spread over the surface") {
   }
 }
 
-TEST_CASE("cell net: cells without extent, of one entry and of entries without mass") {
+TEST_CASE("cell net: cells without extent, with one entry, and with massless entries") {
   std::vector<MassPoint> points(40, {{0.25f, 0.5f, -0.5f}, 1});
   for (std::size_t i = 0; i < points.size(); i += 2) points[i].mass = 0;
   for (const std::uint32_t n : {1u, 5u, 100u}) {

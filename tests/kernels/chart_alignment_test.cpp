@@ -45,7 +45,7 @@ double mismatch_ratio(double delta, double first, double second) {
 
 }  // namespace
 
-TEST_CASE("chart_alignment: the map that follows the field is perfect") {
+TEST_CASE("chart_alignment: a map that follows the field is perfect") {
   const PreparedMesh mesh = prepare_mesh(wavy_grid(9, 9, 0.3, [](double, double) { return 0.0; }));
   for (const double angle : {0.0, 0.5, 1.9})
     for (const double ratio : {1.0, 2.0, 8.0}) {
@@ -85,7 +85,7 @@ TEST_CASE("chart_alignment: a wrong direction and a wrong stretch are measured i
   }
 }
 
-TEST_CASE("chart_alignment: form B does not mind rotation, nothing minds scale") {
+TEST_CASE("chart_alignment: form B is invariant to rotation, all forms to scale") {
   const PreparedMesh mesh = prepare_mesh(grid_plane(7, 5));
   const TensorField field = field_by_formula(mesh, constant_spacing(1.1, 4, 1));
   const AlignmentReport turned = report_of(mesh, field, spacings_map(1.1, 4, 1, 0.8, 1e-3));
@@ -98,7 +98,7 @@ TEST_CASE("chart_alignment: form B does not mind rotation, nothing minds scale")
   CHECK(is_accepted(scaled, AlignmentForm::gradient));
 }
 
-TEST_CASE("chart_alignment: quantiles are by area") {
+TEST_CASE("chart_alignment: quantiles are weighted by area") {
   const PreparedMesh mesh = prepare_mesh(grid_plane(50, 3));
   for (const double share : {0.02, 0.04, 0.06, 0.5}) {
     const TensorField field = field_by_formula(mesh, [&](Vector3 p, Vector3) {
@@ -113,7 +113,7 @@ TEST_CASE("chart_alignment: quantiles are by area") {
   }
 }
 
-TEST_CASE("chart_alignment: quantiles are those of sorted values") {
+TEST_CASE("chart_alignment: quantiles equal those of sorted values") {
   for (const std::uint32_t side : {1u, 3u, 7u, 9u, 41u}) {
     const PreparedMesh mesh = prepare_mesh(grid_plane(side, side));
     const TensorField field = field_by_formula(mesh, constant_spacing(0, 2, 1));
@@ -135,7 +135,7 @@ TEST_CASE("chart_alignment: quantiles are those of sorted values") {
   }
 }
 
-TEST_CASE("chart_alignment: of a chart in the unit square, with the overlap measured there") {
+TEST_CASE("chart_alignment: of a chart in the unit square, with its overlap") {
   const PreparedMesh mesh = prepare_mesh(grid_plane(90, 2, 9 * std::numbers::pi, 0.4));
   const TensorField field = field_by_formula(mesh, constant_spacing(0, 1, 1));
   FlatChart flat = hand_chart(mesh, mesh.components[0], [](Vector3 p) {

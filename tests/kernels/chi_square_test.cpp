@@ -23,7 +23,7 @@ TEST_CASE("chi_square_p_value: critical values of the tables") {
   }
 }
 
-TEST_CASE("chi_square_p_value: closed forms of two and four degrees and of one") {
+TEST_CASE("chi_square_p_value: closed forms for one, two and four degrees of freedom") {
   for (const double x : {1e-8, 0.1, 1.0, 3.0, 3.9, 4.1, 20.0, 200.0, 1000.0}) {
     CHECK(chi_square_p_value(x, 2) == Approx(std::exp(-x / 2)).epsilon(1e-11));
     CHECK(chi_square_p_value(x, 4) == Approx(std::exp(-x / 2) * (1 + x / 2)).epsilon(1e-11));
@@ -43,7 +43,7 @@ TEST_CASE("upper_gamma: recurrence from a to a + 1 across both expansions") {
     }
 }
 
-TEST_CASE("upper_gamma: many degrees are nearly normal") {
+TEST_CASE("upper_gamma: many degrees of freedom are nearly normal") {
   // Wilson and Hilferty (1931): the cube root of chi-square over its degrees is nearly normal.
   for (const double degrees : {2000.0, 200000.0, 1500000.0})
     for (const double z : {-2.0, 0.0, 1.0, 3.0}) {
@@ -54,7 +54,7 @@ TEST_CASE("upper_gamma: many degrees are nearly normal") {
     }
 }
 
-TEST_CASE("upper_gamma: outside its range is an error") {
+TEST_CASE("upper_gamma: arguments out of range are errors") {
   CHECK_THROWS_AS(upper_gamma(0, 1), std::invalid_argument);
   CHECK_THROWS_AS(upper_gamma(1, -1), std::invalid_argument);
   CHECK_THROWS_AS(upper_gamma(1, std::nan("")), std::invalid_argument);
@@ -80,13 +80,13 @@ TEST_CASE("chi_square_test: small cells are merged and expectations scaled") {
   CHECK(chi_square_test({}, {}).p_value == 1);
 }
 
-TEST_CASE("chi_square_test: a count where nothing is expected is seen") {
+TEST_CASE("chi_square_test: a count where none is expected is detected") {
   const std::vector<std::uint64_t> counts{50, 50, 80};
   const std::vector<double> expected{50, 50, 0};
   CHECK(chi_square_test(counts, expected).p_value < 1e-6);
 }
 
-TEST_CASE("chi_square_test: wrong input is an error") {
+TEST_CASE("chi_square_test: invalid input is an error") {
   const std::vector<std::uint64_t> counts{1, 2};
   const std::vector<double> one{1}, negative{1, -1}, nan{1, std::nan("")};
   CHECK_THROWS_AS(chi_square_test(counts, one), std::invalid_argument);
@@ -94,7 +94,7 @@ TEST_CASE("chi_square_test: wrong input is an error") {
   CHECK_THROWS_AS(chi_square_test(counts, nan), std::invalid_argument);
 }
 
-TEST_CASE("chi_square_test: p-values of true hypotheses are uniform, a false one is found") {
+TEST_CASE("chi_square_test: p-values of true hypotheses are uniform, a false one is rejected") {
   std::vector<std::uint64_t> of_p(10, 0);
   const std::vector<double> expected{1, 2, 3, 4, 5, 6, 7, 8};
   for (std::uint64_t seed = 0; seed < 400; ++seed) {

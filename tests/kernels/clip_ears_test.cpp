@@ -123,7 +123,7 @@ TEST_CASE("clip_ears: the triangles of testing every corner against all others")
   CHECK(fanned > 10);
 }
 
-TEST_CASE("clip_ears: large outlines are covered once, and take no square of their size") {
+TEST_CASE("clip_ears: large outlines are covered once, without quadratic memory") {
   // Tests of all corners against all others would take hours.
   constexpr std::size_t corners = sanitized ? 20000 : 200000;
   std::mt19937 random(7);
@@ -142,7 +142,7 @@ TEST_CASE("clip_ears: large outlines are covered once, and take no square of the
   }
 }
 
-TEST_CASE("clip_ears: a time limit that has passed is seen while corners are tested") {
+TEST_CASE("clip_ears: an expired deadline is noticed while corners are tested") {
   std::mt19937 random(9);
   CancelToken late;
   late.deadline = std::chrono::steady_clock::now();

@@ -97,7 +97,7 @@ Vector3 place_of_point(const std::vector<Corners>& triangles, const CellPoint& p
 
 }  // namespace
 
-TEST_CASE("clipped pieces: a plane parts a square where the share asks for") {
+TEST_CASE("clipped pieces: a plane splits a square at the requested share") {
   for (const double share : {0.1, 0.25, 0.5, 0.9}) {
     ClippedPieces pieces = pieces_of(square_at(0, 0, 1, 0));
     const ClippedPieces::Extent whole = pieces.extent_of(pieces.all());
@@ -115,7 +115,7 @@ TEST_CASE("clipped pieces: a plane parts a square where the share asks for") {
   }
 }
 
-TEST_CASE("clipped pieces: cut after cut, sides do not overlap and nothing is lost") {
+TEST_CASE("clipped pieces: repeated cuts do not overlap and lose nothing") {
   ClippedPieces pieces = pieces_of(triangle_soup(300));
   struct Part {
     ClippedPieces::List list;
@@ -171,7 +171,7 @@ TEST_CASE("clipped pieces: points of cross-sections are distributed by mass") {
   }
 }
 
-TEST_CASE("clipped pieces: a riser between two steps gets its share of the points of cross-sections") {
+TEST_CASE("clipped pieces: a riser between two steps gets its share of cross-section points") {
   // Faces across the longest extent, that the plane may jump over.
   for (const double height : {0.3, 0.04, 0.01}) {
     std::vector<Corners> stair;
@@ -218,7 +218,7 @@ TEST_CASE("clipped pieces: faces across the axis are cut along it like others") 
   CHECK(lengths[0] * lengths[1] < 0.99 * 0.3 * 0.3);
 }
 
-TEST_CASE("clipped pieces: polygons that lie in one place are shared by mass") {
+TEST_CASE("clipped pieces: coincident polygons share points by mass") {
   std::vector<Corners> same(7, Corners{Vector3{0, 0, 0}, Vector3{1e-12, 0, 0}, Vector3{0, 1e-12, 0}});
   ClippedPieces pieces;
   pieces.begin({0, 0, 0}, same.size());
@@ -286,7 +286,7 @@ TEST_CASE("clipped pieces: cells of two triangles stay compact in large sets") {
   CHECK(off <= n / 20);
 }
 
-TEST_CASE("clipped pieces: over many seeds every triangle gets its share of the points of cells") {
+TEST_CASE("clipped pieces: over many seeds every triangle gets its share of cell points") {
   const std::vector<Corners> soup = triangle_soup(40);
   constexpr std::uint32_t n = 37;
   constexpr int seeds = 2000;
@@ -318,8 +318,7 @@ TEST_CASE("clipped pieces: cells and points are the same for 1, 2 and 8 threads"
   }
 }
 
-TEST_CASE(
-    "clipped pieces: the polygons that cells keep make up the triangles, and weigh what their areas say") {
+TEST_CASE("clipped pieces: the polygons kept by cells tile the triangles, and weigh their area") {
   const std::vector<Corners> soup = triangle_soup(300);
   double total = 0;
   for (const Corners& t : soup) total += area_of_triangle(t);
@@ -355,7 +354,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("clipped pieces: with more polygons than may be kept there are no cells") {
+TEST_CASE("clipped pieces: above the limit of polygons there are no cells") {
   const std::vector<Corners> soup = triangle_soup(300);
   const BalancedCells cells = polygons_of_triangles(soup, 1000, 1u << 20);
   std::size_t count = 0;
@@ -375,7 +374,7 @@ TEST_CASE("clipped pieces: with more polygons than may be kept there are no cell
   }
 }
 
-TEST_CASE("clipped pieces: cells of needles, whose polygons there is no room for, weigh the same") {
+TEST_CASE("clipped pieces: cells of needles without stored polygons weigh the same") {
   std::vector<Corners> needles;
   double total = 0;
   for (std::uint32_t i = 0; i < 2000; ++i) {

@@ -130,7 +130,7 @@ double longest_edge(const PreparedMesh& mesh) {
 
 }  // namespace
 
-TEST_CASE("coarsen_mesh: topology and area of every kind of surface stay") {
+TEST_CASE("coarsen_mesh: preserves topology and area of every kind of surface") {
   for (const PolygonMesh& mesh :
        {icosphere(4), torus(60, 30), two_sided_plate(24, 0.02), folded_sheet(6, 12, 0.01), grid_plane(40, 30),
         merged(icosphere(4), moved(torus(40, 20), 0.4, 3, 0, 0))}) {
@@ -146,7 +146,7 @@ TEST_CASE("coarsen_mesh: topology and area of every kind of surface stay") {
   }
 }
 
-TEST_CASE("coarsen_mesh: handles stay, also where they are all that is left") {
+TEST_CASE("coarsen_mesh: handles survive, even if nothing else is left") {
   const PreparedMesh slab = prepare_mesh(slab_with_tunnels(12));
   REQUIRE(slab.components.at(0).genus == 12);
   const CoarseMesh coarse = coarsened(slab);
@@ -155,7 +155,7 @@ TEST_CASE("coarsen_mesh: handles stay, also where they are all that is left") {
   check_coarse(thin, coarsened(thin));
 }
 
-TEST_CASE("coarsen_mesh: about as many triangles as are asked for, of about equal size") {
+TEST_CASE("coarsen_mesh: about as many triangles as requested, of about equal size") {
   const PreparedMesh fine = prepare_mesh(icosphere(6));
   for (const double wanted : {500.0, 2000.0, 8000.0}) {
     const CoarseMesh coarse = coarsened(fine, {wanted / 1000, 64}, 1000);
@@ -177,7 +177,7 @@ TEST_CASE("coarsen_mesh: about as many triangles as are asked for, of about equa
           Approx(c.area > 0.1 ? 3000 : 500).epsilon(0.25));
 }
 
-TEST_CASE("coarsen_mesh: fine regular grids do not stop the rounds") {
+TEST_CASE("coarsen_mesh: fine regular grids are coarsened fully") {
   // Shapes of cells whose vertices can be moved only so that a triangle has a height below a quarter.
   for (const auto& [around, across] : {std::pair<std::uint32_t, std::uint32_t>{1000, 500}, {500, 250}}) {
     const PreparedMesh mesh = prepare_mesh(torus(around, across));
@@ -205,7 +205,7 @@ TEST_CASE("coarsen_mesh: triangles are small where the density is high") {
   CHECK(sum_of(coarse.masses) == Approx(sum_of(masses)).epsilon(1e-12));
 }
 
-TEST_CASE("coarsen_mesh: small meshes stay as they are, small components beside large ones too") {
+TEST_CASE("coarsen_mesh: small meshes are unchanged, small components beside large ones too") {
   CHECK(coarsened(prepare_mesh(tetrahedron())).empty());
   CHECK(coarsened(prepare_mesh(icosphere(1))).empty());
   const PreparedMesh fine = prepare_mesh(icosphere(5));
@@ -227,7 +227,7 @@ TEST_CASE("coarsen_mesh: small meshes stay as they are, small components beside 
   }
 }
 
-TEST_CASE("coarsen_mesh: a plane is found again, and fine triangles where they were") {
+TEST_CASE("coarsen_mesh: a plane is reproduced, and fine triangles stay where they were") {
   const PolygonMesh plane = moved(grid_plane(50, 50), 0.7, 1, 2, 3);
   const PreparedMesh fine = prepare_mesh(plane);
   const CoarseMesh coarse = coarsened(fine);
@@ -270,7 +270,7 @@ TEST_CASE("coarsen_mesh: the coarse triangle lies under the fine one") {
   CHECK(static_cast<double>(outside) < 0.05 * static_cast<double>(fine.triangle_count()));
 }
 
-TEST_CASE("coarsen_mesh: adversarial meshes") {
+TEST_CASE("coarsen_mesh: adversarial meshes keep their topology") {
   // A vertex of 5,000 neighbours, needles, coincident vertices, lengths at the ends of double.
   const PreparedMesh fan = prepare_mesh(cone(5000));
   const CoarseMesh coarse_fan = coarsened(fan);
@@ -343,7 +343,7 @@ TEST_CASE("coarsen_mesh: the same bits with 1, 2 and 8 threads, and at any power
   }
 }
 
-TEST_CASE("coarsen_mesh: a deadline in the past ends the item") {
+TEST_CASE("coarsen_mesh: an expired deadline ends the item") {
   const PreparedMesh mesh = prepare_mesh(icosphere(4));
   CancelToken token;
   token.deadline = std::chrono::steady_clock::now() - std::chrono::seconds(1);

@@ -118,7 +118,7 @@ TEST_CASE("comb_directions: odd singularities are found, even ones can be combed
   CHECK(combed.inconsistent_edges == 0);
 }
 
-TEST_CASE("comb_directions: a wedge and a trisector both show") {
+TEST_CASE("comb_directions: wedges and trisectors are both found") {
   const PreparedMesh mesh = prepare_mesh(jittered_grid(24));
   const CombedDirections combed =
       comb_directions(mesh, cut(mesh), field_by_formula(mesh, [](Vector3 p, Vector3) {
@@ -130,7 +130,7 @@ TEST_CASE("comb_directions: a wedge and a trisector both show") {
   CHECK(combed.inconsistent_edges > 0);
 }
 
-TEST_CASE("comb_directions: isotropic regions take the direction round them") {
+TEST_CASE("comb_directions: isotropic regions take the direction around them") {
   const PreparedMesh mesh = prepare_mesh(jittered_grid(20));
   const Vector3 wanted{0.6, 0.8, 0};
   const TensorField field = field_by_formula(mesh, [&](Vector3 p, Vector3) {
@@ -153,7 +153,7 @@ TEST_CASE("comb_directions: isotropic regions take the direction round them") {
     REQUIRE(dot(in_space(mesh, none, t), in_space(mesh, none, 0)) > 1 - 1e-9);
 }
 
-TEST_CASE("comb_directions: a sliver of no area between two triangles passes everything on") {
+TEST_CASE("comb_directions: a zero-area sliver between two triangles passes the direction on") {
   const PreparedMesh mesh = prepare_mesh(
       turned_corners(polygon_mesh({0, 0, 0, 1, 0, 0, 2, 0, 0, 0, 1, 0, 1, 1, 0, 2, 1, 0, 1, 0.5, 0},
                                   {{0, 1, 3}, {1, 6, 3}, {6, 4, 3}, {1, 4, 6}, {1, 2, 4}, {2, 5, 4}})));
@@ -171,7 +171,7 @@ TEST_CASE("comb_directions: a sliver of no area between two triangles passes eve
   }
 }
 
-TEST_CASE("comb_directions: on a sphere cut open the curvature is carried, not a fault") {
+TEST_CASE("comb_directions: on a cut-open sphere curvature is transported and not counted as a fault") {
   // Meridians: index 1 at both poles, which are vertices or lie in triangles; no odd vertex far from them.
   const PreparedMesh mesh = prepare_mesh(turned_corners(icosphere(3)));
   const CutChart chart = cut(mesh);

@@ -14,7 +14,7 @@
 
 using namespace meander;
 
-TEST_CASE("radix heap: takes keys out in ascending order while keys are added") {
+TEST_CASE("radix heap: removes keys in ascending order while keys are added") {
   RadixHeap heap;
   heap.push(0, 0);
   double last = 0;
@@ -35,7 +35,7 @@ TEST_CASE("radix heap: takes keys out in ascending order while keys are added") 
   CHECK(taken == added);
 }
 
-TEST_CASE("radix_sort_words: by the upper bits, equal ones in their order, with any number of threads") {
+TEST_CASE("radix_sort_words: stable by the upper bits, with any number of threads") {
   for (const std::size_t count : {0u, 1u, 1000u, 5000u, 300000u})
     for (const int low_bit : {0, 15, 28, 60, 63}) {
       CAPTURE(count, low_bit);
@@ -59,7 +59,7 @@ TEST_CASE("radix_sort_words: by the upper bits, equal ones in their order, with 
     }
 }
 
-TEST_CASE("radix_sort_words: words that two digits leave in disorder are sorted by all") {
+TEST_CASE("radix_sort_words: words that two digits leave unsorted are sorted by all digits") {
   for (const std::size_t distinct : {1u, 3u, 4000u}) {  // by their upper bits
     std::vector<std::uint64_t> words(4000);
     for (std::uint32_t i = 0; i < words.size(); ++i)
@@ -72,7 +72,7 @@ TEST_CASE("radix_sort_words: words that two digits leave in disorder are sorted 
   }
 }
 
-TEST_CASE("fetch_pages: large vectors are what vectors are") {
+TEST_CASE("fetch_pages: large vectors behave like vectors") {
   constexpr std::size_t many = 3'000'001;  // 24 MB
   std::vector<double> vector = {1, 2};
   resize_large(vector, many);
@@ -91,7 +91,7 @@ TEST_CASE("fetch_pages: large vectors are what vectors are") {
   CHECK(array[many - 1] == 9);
 }
 
-TEST_CASE("ranked bits: find what a search in the list finds, and numbers that are not in it") {
+TEST_CASE("ranked bits: lookup equals a search in the list, also for absent numbers") {
   for (const std::uint32_t count : {1u, 63u, 64u, 65u, 1000u}) {
     for (const std::uint32_t every : {1u, 2u, 7u, 64u, 2000u}) {
       std::vector<std::uint32_t> numbers;
@@ -114,7 +114,7 @@ TEST_CASE("ranked bits: find what a search in the list finds, and numbers that a
   CHECK_FALSE(ascend_below(past, 3));
 }
 
-TEST_CASE("disjoint sets: agree with labels that are written anew at every join, and the least represents") {
+TEST_CASE("disjoint sets: agree with relabeling at every join, and the least member represents") {
   constexpr std::uint32_t count = 300;
   DisjointSets sets(count);
   std::vector<std::uint32_t> label(count);

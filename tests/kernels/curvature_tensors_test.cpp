@@ -171,7 +171,7 @@ TEST_CASE("tangent_part and ambient_tensor are inverse on the plane") {
   CHECK(tangent_part({1, 2, 3, 4, 5, 6}, frame_of_normal({0, 0, 1})).xx == 1);
 }
 
-TEST_CASE("vertex_frames: exact on a sphere and on a cylinder's grid, right-handed, robust without area") {
+TEST_CASE("vertex_frames: exact on a sphere and a cylinder grid, right-handed, robust without area") {
   const PreparedMesh sphere = prepare_mesh(icosphere(2));
   const std::vector<TangentFrame> frames = vertex_frames(sphere);
   for (std::uint32_t v = 0; v < sphere.vertex_count(); ++v) {
@@ -185,7 +185,7 @@ TEST_CASE("vertex_frames: exact on a sphere and on a cylinder's grid, right-hand
   for (const TangentFrame& frame : vertex_frames(thin)) CHECK(norm(frame.normal - Vector3{0, 0, 1}) < 1e-14);
 }
 
-TEST_CASE("smooth_tensors: constants stay, noise falls, ratios never grow") {
+TEST_CASE("smooth_tensors: constants stay, noise decreases, ratios never grow") {
   const PreparedMesh plane = prepare_mesh(grid_plane(20, 20));
   const std::vector<TangentFrame> flat = vertex_frames(plane);
   std::vector<TangentTensor> same(plane.vertex_count(), {0.7, 0.2, -0.3});
@@ -221,7 +221,7 @@ TEST_CASE("smooth_tensors: constants stay, noise falls, ratios never grow") {
   CHECK(after.second <= once.second);
 }
 
-TEST_CASE("smooth_tensors: the transported mean over both neighbours of every corner") {
+TEST_CASE("smooth_tensors: the transported mean over both neighbors of every corner") {
   // A closed surface, and one with a boundary and triangles of unequal areas.
   PolygonMesh sheet = grid_plane(9, 6);
   for (std::size_t v = 0; v < sheet.x.size(); ++v) {
@@ -254,7 +254,7 @@ TEST_CASE("smooth_tensors: the transported mean over both neighbours of every co
   }
 }
 
-TEST_CASE("curvature_tensors: sphere is 1 / R everywhere, field of ratio 1") {
+TEST_CASE("curvature_tensors: a sphere gives 1 / R everywhere, a field of ratio 1") {
   for (const double radius : {1.0, 250.0}) {
     double last = 1;
     for (const int subdivisions : {2, 3, 4}) {
@@ -273,7 +273,8 @@ TEST_CASE("curvature_tensors: sphere is 1 / R everywhere, field of ratio 1") {
   }
 }
 
-TEST_CASE("curvature_tensors: cylinder, straight lines are the primary direction, clamped ratio") {
+TEST_CASE(
+    "curvature_tensors: on a cylinder straight lines are the primary direction, with the clamped ratio") {
   const auto exact = [](Vector3 p) {
     const TangentFrame frame{{-p.y, p.x, 0}, {0, 0, 1}, {p.x, p.y, 0}};
     return Shape{unit({p.x, p.y, 0}), ambient_tensor({1, 0, 0}, frame)};
@@ -295,7 +296,7 @@ TEST_CASE("curvature_tensors: cylinder, straight lines are the primary direction
   }
 }
 
-TEST_CASE("curvature_tensors: torus, closed-form directions and ratios, second order") {
+TEST_CASE("curvature_tensors: a torus has closed-form directions and ratios, to second order") {
   Errors last{1, 1, 1, 1, 1, 1};
   for (const std::uint32_t n : {16u, 32u, 64u}) {
     const Errors errors = errors_of(
@@ -314,7 +315,7 @@ TEST_CASE("curvature_tensors: torus, closed-form directions and ratios, second o
   CHECK(last.ratio < 0.003);
 }
 
-TEST_CASE("curvature_tensors: ellipsoid, closed-form directions and ratios away from umbilics") {
+TEST_CASE("curvature_tensors: an ellipsoid has closed-form directions and ratios away from umbilics") {
   const double a = 1.5, b = 1, c = 0.7;
   const auto exact = [&](Vector3 p) {
     return level_set({p.x / (a * a), p.y / (b * b), p.z / (c * c)},
@@ -387,7 +388,7 @@ void check_rows(const std::vector<FieldRow>& a, const std::vector<FieldRow>& b, 
 
 }  // namespace
 
-TEST_CASE("curvature_field: does not depend on place, turn, size or numbering") {
+TEST_CASE("curvature_field: invariant to position, rotation, size and numbering") {
   const PolygonMesh file = ellipsoid(3, 1.5, 1, 0.7);
   const PolygonMesh axes = moved(polygon_mesh({0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1}, {}), 1, 0, 0, 0);
   const auto turned_back = [&](Vector3 v) {

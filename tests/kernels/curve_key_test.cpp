@@ -30,7 +30,7 @@ std::uint64_t plane_key(std::uint32_t x, std::uint32_t y) {
 
 }  // namespace
 
-TEST_CASE("hilbert_key_3d: equals Skilling's loops on random cells and on the corners") {
+TEST_CASE("hilbert_key_3d: equals Skilling's loops on random cells and at the corners") {
   const RandomKey key = make_random_key(3, {});
   const auto check = [](std::array<std::uint32_t, 3> cell) {
     const auto middle = [](std::uint32_t c) { return (c + 0.5) * 0x1p-20 - 1; };
@@ -61,7 +61,7 @@ std::vector<float> strided_points(std::size_t count) {
 
 }  // namespace
 
-TEST_CASE("hilbert_keys_3d: the keys of one at a time") {
+TEST_CASE("hilbert_keys_3d: equal the keys computed one at a time") {
   for (const std::size_t count : {0u, 1u, 3u, 15u, 16u, 17u, 3001u}) {
     const std::vector<float> points = strided_points(count);
     std::vector<std::uint64_t> keys(count);
@@ -73,7 +73,7 @@ TEST_CASE("hilbert_keys_3d: the keys of one at a time") {
   }
 }
 
-TEST_CASE("coarse_hilbert_keys_3d: the leading bits of the keys of the cells' middles") {
+TEST_CASE("coarse_hilbert_keys_3d: the leading bits of the keys of cell centers") {
   for (const std::size_t count : {1u, 7u, 16u, 2999u}) {
     const std::vector<float> points = strided_points(count);
     std::vector<std::uint64_t> keys(count);

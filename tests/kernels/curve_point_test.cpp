@@ -21,7 +21,7 @@ std::uint64_t children(CurveKind kind) { return kind == CurveKind::hilbert ? 4 :
 
 }  // namespace
 
-TEST_CASE("curve_cell_center: inverse of curve_key on every cell, and neighbours share an edge") {
+TEST_CASE("curve_cell_center: inverse of curve_key on every cell, and neighbors share an edge") {
   for (const CurveKind kind : curve_kinds)
     for (int level = 0; level <= 4; ++level) {
       const std::uint64_t cells = power(children(kind), level);
@@ -40,7 +40,7 @@ TEST_CASE("curve_cell_center: inverse of curve_key on every cell, and neighbours
     }
 }
 
-TEST_CASE("curve_point: curve_key of H(t) is t to the levels that a double reaches") {
+TEST_CASE("curve_point: curve_key of H(t) is t up to the levels of a double") {
   const RandomKey key = make_random_key(7, {});
   std::uint64_t wrong = 0;
   for (std::uint64_t i = 0; i < 20000; ++i) {

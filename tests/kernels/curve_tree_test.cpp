@@ -134,7 +134,7 @@ TEST_CASE("refine: keys agree with curve_key for every point of a leaf") {
   }
 }
 
-TEST_CASE("refine: parents are named and leaves at the finest level are never split") {
+TEST_CASE("refine: parents are recorded, and leaves at the finest level are never split") {
   for (const CurveKind kind : curve_kinds) {
     CurveTree tree = curve_root(kind);
     const int levels = curve_key_levels(kind);
@@ -228,7 +228,7 @@ TEST_CASE("build_curve_tree: leaves are light, deep enough, and cover the square
   }
 }
 
-TEST_CASE("build_curve_tree: a large triangle does not draw the tree to its centroid") {
+TEST_CASE("build_curve_tree: a large triangle does not refine the tree only at its centroid") {
   const std::vector<double> u = {1.0 / 3}, v = {1.0 / 3}, mass = {1}, uv_area = {0.5};
   const CurveTree with_area = build_curve_tree(u, v, mass, uv_area, 1.0 / 64, 0, {});
   CHECK(*std::max_element(with_area.depth.begin(), with_area.depth.end()) == 4);  // 4^-4 / 0.5 <= 1 / 64
@@ -237,7 +237,7 @@ TEST_CASE("build_curve_tree: a large triangle does not draw the tree to its cent
   CHECK(point_mass.leaf_count() == 1 + 3 * 24);
 }
 
-TEST_CASE("build_curve_tree: nothing to gather leaves the square whole") {
+TEST_CASE("build_curve_tree: without points the square stays one leaf") {
   CHECK(build_curve_tree({}, {}, {}, {}, 1, 6, {}).leaf_count() == 1);
   const std::vector<double> u = {0.5, 0.2}, v = {1.0, 0.0}, mass = {0, 0};
   CHECK(build_curve_tree(u, v, mass, {}, 1, 6, {}).leaf_count() == 1);
@@ -274,14 +274,14 @@ TEST_CASE("build_curve_tree: the same tree on one thread and on two") {
   CHECK(one.depth == two.depth);
 }
 
-TEST_CASE("build_curve_tree: the deadline is obeyed") {
+TEST_CASE("build_curve_tree: respects the deadline") {
   CancelToken late;
   late.deadline = std::chrono::steady_clock::now() - std::chrono::seconds(1);
   const std::vector<double> one = {0.5};
   CHECK_THROWS_AS(build_curve_tree(one, one, one, {}, 0.1, 4, {}, late), ItemError);
 }
 
-TEST_CASE("curve_key: Hilbert keys against the textbook index") {
+TEST_CASE("curve_key: Hilbert keys match the textbook index") {
   constexpr std::uint32_t side =
       64;  // six levels: an even number, so both curves start in the same direction
   const auto of_cell = [](std::uint32_t x, std::uint32_t y) {
@@ -295,7 +295,7 @@ TEST_CASE("curve_key: Hilbert keys against the textbook index") {
   CHECK(wrong == 0);
 }
 
-TEST_CASE("curve_key: every kind visits neighbouring cells one after the other") {
+TEST_CASE("curve_key: every kind visits neighboring cells consecutively") {
   for (const CurveKind kind : curve_kinds) {
     const std::uint32_t side = kind == CurveKind::hilbert ? 32 : 27;
     const int depth = kind == CurveKind::hilbert ? 5 : 3;
@@ -313,7 +313,7 @@ TEST_CASE("curve_key: every kind visits neighbouring cells one after the other")
   }
 }
 
-TEST_CASE("curve_key: clamps what lies outside the square") {
+TEST_CASE("curve_key: clamps points outside the square") {
   for (const CurveKind kind : curve_kinds) {
     CHECK(curve_key(kind, -3, -1e300) == curve_key(kind, 0, 0));
     CHECK(curve_key(kind, 1, 0.25) == curve_key(kind, 1 - 1e-12, 0.25));
@@ -321,7 +321,7 @@ TEST_CASE("curve_key: clamps what lies outside the square") {
   }
 }
 
-TEST_CASE("hilbert_key_3d: a bijection of the coarse grid whose neighbours on the curve touch") {
+TEST_CASE("hilbert_key_3d: a bijection of the coarse grid, consecutive cells touch") {
   constexpr int side = 8;  // three levels of 21
   std::vector<std::array<int, 3>> cell(side * side * side, {-9, -9, -9});
   for (int z = 0; z < side; ++z)

@@ -60,7 +60,7 @@ double centroid_offset(double h) {
 
 }  // namespace
 
-TEST_CASE("the offset of a triangle on the unit sphere is exact to fourth order") {
+TEST_CASE("triangle offsets: on the unit sphere exact to fourth order") {
   const auto exact = [](double h) { return 1 - std::sqrt(1 - h * h / 3); };
   const double h = 0.236;
   CHECK(exact(h) == Approx(0.00933).margin(1e-5));
@@ -70,7 +70,7 @@ TEST_CASE("the offset of a triangle on the unit sphere is exact to fourth order"
     CHECK(exact(edge) - centroid_offset(edge) == Approx(std::pow(edge, 4) / 72).epsilon(0.1));
 }
 
-TEST_CASE("lifted samples approach the sphere to fourth order and the torus to third") {
+TEST_CASE("lifted samples: approach the sphere to fourth order and the torus to third") {
   const double coarse_flat = largest_distance(lifted(icosphere(2)).flat, off_sphere);
   const double coarse = largest_distance(lifted(icosphere(2)).curved, off_sphere);
   const double fine = largest_distance(lifted(icosphere(3)).curved, off_sphere);
@@ -85,7 +85,7 @@ TEST_CASE("lifted samples approach the sphere to fourth order and the torus to t
   CHECK(torus_fine < torus_coarse / 7);
 }
 
-TEST_CASE("normals are split at creases, so that flat faces stay flat") {
+TEST_CASE("vertex normals: are split at creases, so that flat faces stay flat") {
   for (const PolygonMesh& mesh : {cube(), tetrahedron(), grid_plane(4, 3), two_sided_plate(4, 0.1)}) {
     const Lifted samples = lifted(mesh);
     CHECK(samples.curved == samples.flat);
@@ -122,7 +122,7 @@ TEST_CASE("normals are split at creases, so that flat faces stay flat") {
   }
 }
 
-TEST_CASE("offsets are bounded, and what is refused") {
+TEST_CASE("triangle offsets: are bounded, and invalid arguments are refused") {
   const std::array<Vector3, 3> corners{Vector3{0, 0, 0}, Vector3{1, 0, 0}, Vector3{0, 1, 0}};
   const std::array<Vector3, 3> wild{Vector3{-40, 0, 0}, Vector3{40, 0, 0}, Vector3{0, 40, 0}};
   CHECK(curved_offset(corners, wild, {0.4, 0.3, 0.3}) == Approx(0.25 * std::sqrt(2.0)));

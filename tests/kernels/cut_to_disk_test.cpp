@@ -188,7 +188,7 @@ TEST_CASE("cut_to_disk: a slit of two edges is lengthened") {
   }
 }
 
-TEST_CASE("cut_to_disk: coincident positions and edges of no length") {
+TEST_CASE("cut_to_disk: coincident positions and edges without length") {
   PreparedMesh mesh = prepare_mesh(icosphere(1));
   for (std::size_t i = 0; i < mesh.x.size(); ++i) mesh.x[i] = mesh.y[i] = mesh.z[i] = 0.25;
   mesh.components[0].area = 0;
@@ -211,7 +211,7 @@ TEST_CASE("cut_to_disk: more seams never shorten the boundary and the result is 
   }
 }
 
-TEST_CASE("cut_to_disk: a deadline in the past ends the item") {
+TEST_CASE("cut_to_disk: an expired deadline ends the item") {
   const PreparedMesh mesh = prepare_mesh(icosphere(2));
   CancelToken token;
   token.deadline = std::chrono::steady_clock::now() - std::chrono::seconds(1);

@@ -66,7 +66,7 @@ bool factorize(std::vector<double>& a, std::size_t rows, std::size_t columns, bo
 
 }  // namespace
 
-TEST_CASE("dense fronts: the factors and what remains are those of plain elimination") {
+TEST_CASE("dense fronts: factors and Schur complement equal those of plain elimination") {
   for (const bool symmetric : {true, false})
     for (const auto& [rows, columns] : sizes) {
       CAPTURE(symmetric, rows, columns);
@@ -98,7 +98,7 @@ TEST_CASE("dense fronts: the same bits with every instruction set") {
 
 // A library that divides its products by the size of a cache fails here: a leading part of the unknowns
 // has the same factor alone as with others behind it.
-TEST_CASE("dense fronts: the columns done first do not depend on how many follow") {
+TEST_CASE("dense fronts: leading columns do not depend on how many follow") {
   for (const bool symmetric : {true, false}) {
     std::vector<double> few = heavy_matrix(700, symmetric), many = few;
     REQUIRE(factorize(few, 700, 64, symmetric));
@@ -107,7 +107,7 @@ TEST_CASE("dense fronts: the columns done first do not depend on how many follow
   }
 }
 
-TEST_CASE("dense fronts: a pivot that cannot be used is reported") {
+TEST_CASE("dense fronts: an unusable pivot is reported") {
   for (const auto& [rows, columns, at] : {std::array<std::size_t, 3>{6, 4, 3}, {120, 80, 70}, {120, 80, 0}}) {
     CAPTURE(rows, columns, at);
     for (const double pivot : {-1e9, std::numeric_limits<double>::quiet_NaN()}) {

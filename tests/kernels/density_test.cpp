@@ -146,7 +146,7 @@ TEST_CASE("vertex_curvature: cylinder has H = 1 / (2 R) and K = 0, boundary vert
   }
 }
 
-TEST_CASE("vertex_curvature: torus closed forms") {
+TEST_CASE("vertex_curvature: a torus has its closed forms") {
   const double major = 1, minor = 0.4;
   const auto cosine = [&](Vector3 p) { return (std::hypot(p.x, p.y) - major) / minor; };
   double last_mean = 1, last_gaussian = 1;
@@ -203,7 +203,7 @@ TEST_CASE("make_density: torus follows the mean curvature, the outside more than
   CHECK(squared[30] == Approx(0.1 + 0.9 * std::pow(inner / outer, 2)).epsilon(0.02));
 }
 
-TEST_CASE("make_density: does not change with scale and motion") {
+TEST_CASE("make_density: invariant to scale and motion") {
   const PolygonMesh file = torus(36, 18);
   const PreparedMesh mesh = prepare_mesh(file);
   for (const DensityKind kind : {DensityKind::mean, DensityKind::gaussian, DensityKind::max})
@@ -233,7 +233,7 @@ TEST_CASE("make_density: flat surfaces are uniform, whatever float32 made of the
   }
 }
 
-TEST_CASE("make_density: a few bent places on a flat surface get the density") {
+TEST_CASE("make_density: a few curved places on a flat surface get the density") {
   PolygonMesh file = grid_plane(80, 80);
   file.z[40 * 81 + 40] = 0.02;  // one spike, far less than one per cent of the area
   const PreparedMesh mesh = prepare_mesh(file);
@@ -243,7 +243,7 @@ TEST_CASE("make_density: a few bent places on a flat surface get the density") {
   CHECK(value[10 * 81 + 10] == Approx(0.02));
 }
 
-TEST_CASE("make_density: noise, needles and triangles of no area stay finite") {
+TEST_CASE("make_density: noise, needles and zero-area triangles stay finite") {
   std::mt19937 random(1);
   std::normal_distribution<double> noise(0, 0.05);
   PolygonMesh file = icosphere(3);
@@ -262,7 +262,7 @@ TEST_CASE("make_density: noise, needles and triangles of no area stay finite") {
   }
 }
 
-TEST_CASE("make_density: a mesh of boundary vertices only has no curvature to speak of") {
+TEST_CASE("make_density: a mesh with boundary vertices only has no curvature") {
   const PolygonMesh strip = moebius_strip(12);
   const PreparedMesh mesh = prepare_mesh(strip);
   CHECK(make_density(strip, mesh, kind_of(DensityKind::mean)).uniform());
@@ -279,7 +279,7 @@ TEST_CASE("triangle_masses: area times the mean of the corners") {
   for (std::size_t t = 0; t < mass.size(); ++t) CHECK(mass[t] == Approx(mesh.area[t]));
 }
 
-TEST_CASE("make_density: vertex and face attributes by the numbers of the file") {
+TEST_CASE("make_density: vertex and face attributes follow the numbering of the file") {
   PolygonMesh file = cube();  // quads: two triangles a polygon
   file.vertex_attributes = {{"other", std::vector<double>(8, 7.0)}, {"weight", {0, 1, 2, 3, 4, 5, 6, 7}}};
   file.face_attributes = {{"weight", {10, 11, 12, 13, 14, 15}}};
@@ -294,7 +294,7 @@ TEST_CASE("make_density: vertex and face attributes by the numbers of the file")
   CHECK(blocked_sum(triangle_masses(mesh, face)) * mesh.unit * mesh.unit == Approx(4 * (6 * 10 + 15)));
 }
 
-TEST_CASE("make_density: the sentence about a missing attribute lists those that are there") {
+TEST_CASE("make_density: the reason for a missing attribute lists the existing ones") {
   PolygonMesh file = cube();
   const PreparedMesh mesh = prepare_mesh(file);
   CHECK_THROWS_WITH(make_density(file, mesh, kind_of(DensityKind::vertex_attribute, "heat")),

@@ -95,7 +95,7 @@ TEST_CASE("depth views: a box in closed form") {
   }
 }
 
-TEST_CASE("depth views: kept by direction, place, size, handedness and sense of faces") {
+TEST_CASE("depth views: invariant to direction, position, size, handedness and face orientation") {
   const PolygonMesh block = stepped_block();
   const std::vector<float> reference = views_of(block);
   for (std::uint64_t number = 0; number < 12; ++number)
@@ -117,7 +117,7 @@ TEST_CASE("depth views: other triangles of the same surface change little") {
   CHECK(sum_of_differences(coarse, views_of(icosphere(4))) > 5);
 }
 
-TEST_CASE("depth views: a sheet seen from the side is an empty image") {
+TEST_CASE("depth views: a sheet seen edge-on is an empty image") {
   const std::vector<float> found = views_of(grid_plane(8, 4, 2, 1));
   REQUIRE(found.size() == depth_view_values);
   const std::size_t axis = depth_view_values / 3;
@@ -125,7 +125,7 @@ TEST_CASE("depth views: a sheet seen from the side is an empty image") {
   CHECK(found[2 * axis] > 0.3f);
 }
 
-TEST_CASE("depth views: layers beyond the bound are drawn with fewer pixels") {
+TEST_CASE("depth views: layers beyond the limit are drawn with fewer pixels") {
   // 20,000 sheets over the whole picture would be 3 x 10^8 pixels at full size.
   std::vector<double> xyz;
   std::vector<std::vector<std::uint32_t>> faces;
@@ -142,7 +142,7 @@ TEST_CASE("depth views: layers beyond the bound are drawn with fewer pixels") {
   CHECK(found[axis] == Approx(one[axis]).epsilon(0.1));
 }
 
-TEST_CASE("depth views: a passed deadline ends the drawing") {
+TEST_CASE("depth views: an expired deadline ends the drawing") {
   CancelToken late;
   late.deadline = std::chrono::steady_clock::time_point::min();
   CHECK_THROWS_AS(depth_views(prepare_mesh(icosphere(3)), late), ItemError);

@@ -33,7 +33,7 @@ PolygonMesh star(std::uint32_t corners, bool turned) {
 
 }  // namespace
 
-TEST_CASE("sample_triangles: the triangle of each sample of a polygon of many corners") {
+TEST_CASE("sample_triangles: finds the triangle of each sample of a polygon with many corners") {
   for (const bool turned : {false, true}) {
     SampleParameters parameters = parameters_for("direct");
     parameters.samples = 500;
@@ -49,7 +49,7 @@ TEST_CASE("sample_triangles: the triangle of each sample of a polygon of many co
   }
 }
 
-TEST_CASE("descriptors of all pairs and tuples end when they are asked to") {
+TEST_CASE("descriptors: those of all pairs and tuples can be cancelled") {
   const std::vector<float> points = [] {
     std::vector<float> numbers;
     for (int i = 0; i < 3000; ++i) numbers.push_back(static_cast<float>(i * 37 % 101));
@@ -69,8 +69,7 @@ TEST_CASE("descriptors of all pairs and tuples end when they are asked to") {
   CHECK_THROWS_AS(shell_harmonics(points, late), ItemError);
 }
 
-TEST_CASE(
-    "sample_triangles: weights and the triangle found re-create the point, polygons of several triangles") {
+TEST_CASE("sample_triangles: weights and triangle reproduce the point, in polygons of several triangles") {
   SampleParameters parameters = parameters_for("direct");
   parameters.samples = 300;
   Model model;

@@ -119,7 +119,7 @@ TEST_CASE("add_differences: white noise on the torus is 1") {
   }
 }
 
-TEST_CASE("expected_differences: a bounded rectangle against many random sets") {
+TEST_CASE("expected_differences: a bounded rectangle matches many random sets") {
   DifferenceParameters parameters;
   parameters.cells = 48;
   parameters.range = 3;
@@ -185,7 +185,7 @@ TEST_CASE("add_differences: a jittered grid dips at 0, as its pair density says"
   CHECK(profile.mean[0] < 0.3);
 }
 
-TEST_CASE("add_density_differences: one spacing everywhere is the uniform case") {
+TEST_CASE("add_density_differences: constant spacing is the uniform case") {
   const PlanarSamples set = random_samples(400, 6);
   DifferenceMap uniform = make_difference_map(), density = uniform, anisotropic = uniform;
   add_differences(uniform, set.x, set.y, 0.05);
@@ -197,7 +197,7 @@ TEST_CASE("add_density_differences: one spacing everywhere is the uniform case")
   CHECK(largest_difference(uniform, anisotropic) < 1e-11);
 }
 
-TEST_CASE("add_density_differences: the scale of space and of the density drops out") {
+TEST_CASE("add_density_differences: the scale of space and of the density cancels") {
   PlanarSamples set = random_samples(500, 12);
   for (double& x : set.x) x = std::sqrt(x);  // density 2 x
   std::vector<double> phi, phi_scaled;
@@ -253,7 +253,7 @@ TEST_CASE("add_density_differences: white noise of a slowly varying density is 1
   }
 }
 
-TEST_CASE("add_anisotropic_differences: a stretched set is the set it came from") {
+TEST_CASE("add_anisotropic_differences: a stretched set equals the set it came from") {
   // p = S u, so J^-1 = S^-1 / spacing brings the differences of u back.
   const PlanarSamples set = random_samples(400, 15);
   const double s[4] = {3, 1, -0.5, 0.4};
@@ -306,7 +306,7 @@ TEST_CASE("geodesic_length: exact on spheres, planes, and in its limit") {
     }
 }
 
-TEST_CASE("add_surface_differences: a plane in space is the plane") {
+TEST_CASE("add_surface_differences: a plane in space equals the plane") {
   const PlanarSamples set = random_samples(400, 18);
   // Axes (0.6, 0.8, 0) and (0, 0, 1); normal (0.8, -0.6, 0).
   std::vector<double> points, normals, frames;
@@ -408,7 +408,7 @@ TEST_CASE("differences: one thread and many give the same bits") {
   CHECK(many.sum == one.sum);
 }
 
-TEST_CASE("differences: few samples, and what cannot be") {
+TEST_CASE("differences: few samples, and invalid arguments are refused") {
   DifferenceMap map = make_difference_map();
   add_differences(map, {}, {}, 1);
   const std::vector<double> one{0.5}, two{0.5, 0.6}, bad{std::nan(""), 0};

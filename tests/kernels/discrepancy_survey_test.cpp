@@ -148,7 +148,7 @@ const std::array<PlanarRow, 6> planar_table = {{
 
 }  // namespace
 
-TEST_CASE("survey: exact discrepancies of deterministic sets are the table's to its last digit") {
+TEST_CASE("survey: exact discrepancies of deterministic sets match the table to its last digit") {
   for (const PlanarRow& row : planar_table) {
     if (!is_deterministic(row.method)) continue;
     INFO(name_of(row.method));
@@ -199,7 +199,7 @@ TEST_CASE("survey: slopes and values on the plane", "[slow]") {
   }
 }
 
-TEST_CASE("survey: placing at curve vertices quantises the pattern", "[slow]") {
+TEST_CASE("survey: placing at curve vertices quantizes the pattern", "[slow]") {
   // Measured before: slope -0.51, D*(12288) 0.0086 with the smallest 4^m >= N leaves; -0.63, 0.0032 with
   // 64 N.
   for (const auto& [leaves, slope, value] : {std::tuple{1.0, -0.51, 0.0086}, {64.0, -0.63, 0.0032}}) {
@@ -241,8 +241,7 @@ TEST_CASE("survey: slopes and values on the sphere", "[slow]") {
   }
 }
 
-TEST_CASE("survey: slopes of five runs of random points scatter around -1/2 as far as the table's",
-          "[slow]") {
+TEST_CASE("survey: slopes of five runs of random points scatter around -1/2 as in the table", "[slow]") {
   // Measured before: -0.53 for triangles on the sphere, from 5 runs.
   constexpr std::uint64_t groups = 12, runs = 5;
   const Measure measure = sphere_triangles(SphereMethod::random);
@@ -260,7 +259,7 @@ TEST_CASE("survey: slopes of five runs of random points scatter around -1/2 as f
   CHECK(std::abs(mean + 0.53) < 3 * deviation);
 }
 
-TEST_CASE("survey: the spiral's caps depend on the axes that were drawn", "[slow]") {
+TEST_CASE("survey: the cap discrepancy of the spiral depends on the axes drawn", "[slow]") {
   // The table has 0.0039 at 4096 from one set of 200 axes; eight sets here give 0.0030 to 0.0034. Few axes
   // see more: 2^14 of them reach twice that. So 0.0039 lies between what 200 axes find on average and what is
   // there.

@@ -76,7 +76,7 @@ TEST_CASE("star_discrepancy_exact: equals the definition, also for equal coordin
   }
 }
 
-TEST_CASE("star_discrepancy_exact: one point, equal points, centred grids") {
+TEST_CASE("star_discrepancy_exact: one point, equal points, centered grids") {
   for (const auto& [a, b] : {std::pair{0.3, 0.8}, {0.5, 0.5}, {0.9, 0.95}, {0.0, 0.0}, {1.0, 1.0}}) {
     const std::vector<double> x = {a}, y = {b};
     CHECK(star_discrepancy_exact(x, y) == Approx(std::max({a, b, 1 - a * b})));
@@ -200,7 +200,7 @@ TEST_CASE("triangle_discrepancy: the shapes by hand") {
   CHECK(result.shapes == shapes);
 }
 
-TEST_CASE("planar shapes: areas are those of a fine grid") {
+TEST_CASE("planar shapes: areas match a fine grid") {
   // The number of cells that a convex boundary of length at most 4 meets bounds the error: with side 400
   // below 4 x 1.3 / 400; in fact far less. A wrong area, or one not cut by the square, would be 0.05 off.
   const PointIndex<2> grid = index_of(fine_grid(400));
@@ -227,7 +227,7 @@ TEST_CASE("metric_box_discrepancy: only the shape of the metric matters") {
   CHECK_THROWS_AS(metric_box_discrepancy(points, {-1, 0, -1}), std::invalid_argument);
 }
 
-TEST_CASE("metric_box_discrepancy: long along the axis of small lengths") {
+TEST_CASE("metric_box_discrepancy: boxes are long along the axis of short lengths") {
   // g = (100, 0, 0.01): distances along x count a hundred-fold. Rectangles are at most 0.1 / 2 wide, so rows
   // of points along y show, and rows along x do not.
   PlanarPoints rows;
@@ -300,7 +300,7 @@ TEST_CASE("box_share: equals a midpoint sum of the density") {
   CHECK(!planar_density("x2y2").has_value());
 }
 
-TEST_CASE("density_box_discrepancy: points that follow a density, and points that do not") {
+TEST_CASE("density_box_discrepancy: tells points that follow a density from those that do not") {
   for (const PlanarDensity density :
        {PlanarDensity::squares, PlanarDensity::waves, PlanarDensity::product_wave}) {
     INFO(name_of(density));
@@ -345,7 +345,7 @@ TEST_CASE("cap_discrepancy: equals sorting the heights, axis by axis") {
   CHECK_THROWS_AS(cap_discrepancy({}, {}, {}, exactly(1)), std::invalid_argument);
 }
 
-TEST_CASE("cap_discrepancy: Kolmogorov's law for random points") {
+TEST_CASE("cap_discrepancy: follows Kolmogorov's law for random points") {
   // One axis: the heights of random points are uniform, so sqrt(N) D follows Kolmogorov's distribution, mean
   // sqrt(pi / 2) ln 2, after Stephens' correction for finite N; 500 sets: standard error 0.26 / sqrt(500).
   const double n = 400;
@@ -358,7 +358,7 @@ TEST_CASE("cap_discrepancy: Kolmogorov's law for random points") {
   CHECK(std::abs(mean - std::sqrt(std::numbers::pi / 2) * std::numbers::ln2) < 4 * 0.26 / std::sqrt(500.0));
 }
 
-TEST_CASE("spherical_triangle_discrepancy: areas are those of a dense set, and by hand") {
+TEST_CASE("spherical_triangle_discrepancy: areas match a dense set, and by hand") {
   const SpherePoints dense = sphere_points(SphereMethod::fibonacci, 100000, 1);
   CHECK(spherical_triangle_discrepancy(build_point_index(dense.x, dense.y, dense.z), exactly(1000))
             .discrepancy < 5e-4);
@@ -423,7 +423,7 @@ TEST_CASE("ring_discrepancy: patches of a strip by hand") {
   CHECK_THROWS_AS(triangles_around_vertices(triangles, 13), std::invalid_argument);
 }
 
-TEST_CASE("ring_discrepancy: rings are graph distances, and a component is the end") {
+TEST_CASE("ring_discrepancy: rings are graph distances, and end with the component") {
   const PolygonMesh mesh = test::icosphere(3);
   std::vector<std::uint32_t> triangles = mesh.corners;
   const auto vertices = static_cast<std::uint32_t>(mesh.x.size());

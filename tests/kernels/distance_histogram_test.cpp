@@ -111,7 +111,7 @@ bool same(const DistanceHistogram& a, const DistanceHistogram& b) {
 
 }  // namespace
 
-TEST_CASE("distance histograms agree with a double loop over all pairs") {
+TEST_CASE("distance histogram: agrees with a double loop over all pairs") {
   for (const std::size_t n : {2, 3, 5, 33, 34, 400, 1101})
     for (const HistogramScale scale : {HistogramScale::largest, HistogramScale::mean})
       for (const std::uint32_t bins : {8u, 32u, 47u, 64u, 65u, 1024u}) {
@@ -123,7 +123,7 @@ TEST_CASE("distance histograms agree with a double loop over all pairs") {
   check_against_reference(box_points(300), {.bins = 100, .range = 7});
 }
 
-TEST_CASE("every instruction set and number of threads gives the same distance histogram") {
+TEST_CASE("distance histogram: the same for every instruction set and number of threads") {
   for (const std::size_t n : {2, 17, 64, 1023, 1500, 3000})
     for (const HistogramScale scale : {HistogramScale::largest, HistogramScale::mean})
       for (const std::uint32_t bins : {32u, 64u, 256u}) {
@@ -143,7 +143,7 @@ TEST_CASE("every instruction set and number of threads gives the same distance h
       }
 }
 
-TEST_CASE("distance histograms do not depend on the order, the place or the size") {
+TEST_CASE("distance histogram: invariant to order, position and size") {
   const std::vector<float> points = box_points(701);
   for (const HistogramScale scale : {HistogramScale::largest, HistogramScale::mean}) {
     const DistanceHistogramParameters parameters{.bins = 64, .scale = scale};
@@ -177,7 +177,7 @@ TEST_CASE("distance histograms do not depend on the order, the place or the size
   }
 }
 
-TEST_CASE("distances on a sphere have linear density") {
+TEST_CASE("distance histogram: distances on a sphere have linear density") {
   const std::size_t n = 3000;
   const double radius = 2.5;
   const DistanceHistogram histogram =
@@ -189,7 +189,7 @@ TEST_CASE("distances on a sphere have linear density") {
         Approx(4 * radius / 3).epsilon(0.01));
 }
 
-TEST_CASE("distance histograms of points in one spot, and what is refused") {
+TEST_CASE("distance histogram: coincident points are counted, invalid arguments refused") {
   const std::vector<float> spot(30, 4.0f);
   const DistanceHistogram histogram = distance_histogram(spot);
   CHECK(histogram.scale == 0);

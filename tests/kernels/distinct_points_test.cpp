@@ -54,7 +54,7 @@ Redraws at_once(std::uint32_t count, const LatticePoints& points) {
 
 }  // namespace
 
-TEST_CASE("find_redraws: the redraws of points that are compared one after the other") {
+TEST_CASE("find_redraws: the redraws of comparing points one after the other") {
   for (const std::uint32_t count : {1u, 2u, 100u, 3000u, 20000u})
     // From fewer places than points, where most redraws fail, to places enough.
     for (const double places_per_point : {0.01, 0.5, 1.0, 1.5, 4.0, 1000.0}) {
@@ -67,7 +67,7 @@ TEST_CASE("find_redraws: the redraws of points that are compared one after the o
     }
 }
 
-TEST_CASE("find_redraws: a redrawn point displaces a higher rank from the place of its first draw") {
+TEST_CASE("find_redraws: a redrawn point displaces a higher rank from its first position") {
   // Rank 1 is where rank 0 is, and moves to where rank 2 is, which moves on; rank 3 then finds rank 2 there.
   const float place[4][3] = {{1, 0, 0}, {1, 2, 0}, {2, 3, 0}, {3, 4, 0}};
   const Redraws found = find_redraws(
@@ -84,7 +84,7 @@ TEST_CASE("find_redraws: a redrawn point displaces a higher rank from the place 
   CHECK(found.coincident == 0);
 }
 
-TEST_CASE("find_redraws: the same for 1, 2 and 8 threads, and nothing where all points differ") {
+TEST_CASE("find_redraws: the same for 1, 2 and 8 threads, and nothing if all points differ") {
   constexpr std::uint32_t count = 300000;
   const LatticePoints points{count / 2 * 3};
   Redraws first;

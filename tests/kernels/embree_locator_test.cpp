@@ -102,7 +102,7 @@ double depth_inside(const UvTriangle& t, double u, double v) {
 
 }  // namespace
 
-TEST_CASE("ChartScene: every triangle over the point, against a search over all") {
+TEST_CASE("ChartScene: finds every triangle over the point, as a full search does") {
   for (const ChartMap& map : {ChartMap(flat), ChartMap(folded_once)}) {
     const Model model = model_of(jittered_grid(12), map);
     const FlatChart& chart = model.charts[0];
@@ -136,7 +136,7 @@ TEST_CASE("ChartScene: every triangle over the point, against a search over all"
   }
 }
 
-TEST_CASE("ChartScene: no ray slips between two triangles") {
+TEST_CASE("ChartScene: no ray passes between two triangles") {
   const Model model = model_of(grid_plane(32, 32), [](Vector3 p) { return std::pair(p.x, p.y); });
   const FlatChart& chart = model.charts[0];
   std::vector<float> u, v;  // through vertices, along edges and diagonals
@@ -152,7 +152,7 @@ TEST_CASE("ChartScene: no ray slips between two triangles") {
   CHECK(nothing == 0);
 }
 
-TEST_CASE("ChartScene: a ray over too many triangles is given up, one over just enough is not") {
+TEST_CASE("ChartScene: a ray over too many triangles is given up, one below the limit is not") {
   for (const std::uint32_t layers : {most_hits_per_ray, most_hits_per_ray + 1, 700u}) {
     std::vector<double> u, v;
     std::vector<std::uint32_t> triangles;
@@ -223,7 +223,7 @@ TEST_CASE("build_curves: charts that expect enough samples get a tree, the other
     CHECK(model.located.hits[t] == 0);
 }
 
-TEST_CASE("locate_with_embree: hits are triangles of the leaf, and all of the leaf's ray") {
+TEST_CASE("locate_with_embree: hits are exactly the triangles on the ray of the leaf") {
   for (const ChartMap& map : {ChartMap(flat), ChartMap(folded_once)}) {
     Model model = model_of(jittered_grid(14), map, 512);
     model.locate();
@@ -258,7 +258,7 @@ TEST_CASE("locate_with_embree: hits are triangles of the leaf, and all of the le
   }
 }
 
-TEST_CASE("locate_with_embree: the tree is as fine as the mass asks, for every curve") {
+TEST_CASE("locate_with_embree: the tree is as fine as the mass requires, for every curve") {
   for (const CurveKind kind : {CurveKind::hilbert, CurveKind::peano, CurveKind::peano_meander})
     for (const std::uint32_t n : {2u, 20u, 90u}) {
       Model model = model_of(jittered_grid(n), flat, 1024);
@@ -298,7 +298,7 @@ TEST_CASE("locate_with_embree: every triangle larger than a few leaves is hit") 
   CHECK(sum == leaves_of_chart);  // each ray over the chart met one triangle (none lies on an edge)
 }
 
-TEST_CASE("locate_with_embree: no mass, no leaves finer than the least depth") {
+TEST_CASE("locate_with_embree: without mass no leaf is finer than the min depth") {
   Model model = model_of(jittered_grid(20), flat, 1024);
   for (std::uint32_t t = 0; t < model.masses.size(); ++t) {
     const UvTriangle corners = uv_triangle(model.charts[0], t);
@@ -312,7 +312,7 @@ TEST_CASE("locate_with_embree: no mass, no leaves finer than the least depth") {
   CHECK(deepest == 4);  // floor(log2(2 * 1024) / 2) - 1
 }
 
-TEST_CASE("locate_with_embree: a chart folded in two comes apart along the fold") {
+TEST_CASE("locate_with_embree: a chart folded in two is separated along the fold") {
   Model model = model_of(jittered_grid(24), folded_once);
   model.locate();
   CHECK(model.located.multiple_hits > 1000);
@@ -331,7 +331,7 @@ TEST_CASE("locate_with_embree: a chart folded in two comes apart along the fold"
   CHECK((sheet_of_left[0] > 0) != (sheet_of_right[0] > 0));
 }
 
-TEST_CASE("locate_with_embree: the turns of a spiral lie in sheets of their own") {
+TEST_CASE("locate_with_embree: the turns of a spiral lie in separate sheets") {
   constexpr int turns = 3;
   const auto spiral = [](Vector3 p) {
     const double angle = 2 * std::numbers::pi * turns * p.x, r = 0.2 + 0.25 * p.y;
@@ -371,7 +371,7 @@ TEST_CASE("locate_with_embree: a small overlap gets no sheet of its own") {
   CHECK(*std::max_element(model.located.sheet.begin(), model.located.sheet.end()) == 1);
 }
 
-TEST_CASE("locate_with_embree: a chart that collapses to a spot costs bounded time and memory") {
+TEST_CASE("locate_with_embree: a chart that collapses to a point costs bounded time and memory") {
   const auto collapsed = [](Vector3 p) {
     return p.x < 0.5 ? flat(p) : std::pair(0.7 + 1e-9 * p.x, 0.4 + 1e-9 * p.y);
   };
@@ -417,7 +417,7 @@ TEST_CASE("locate_with_embree: the same on one thread and on two") {
   }
 }
 
-TEST_CASE("locate_with_embree: many at once inside a flow graph, with one device and no deadlock") {
+TEST_CASE("locate_with_embree: many calls inside a flow graph share one device without deadlock") {
   const Model whole = model_of(jittered_grid(70), folded_once, 12000);
   Model reference = whole;
   reference.locate();
@@ -435,7 +435,7 @@ TEST_CASE("locate_with_embree: many at once inside a flow graph, with one device
   CHECK(equal == 24);
 }
 
-TEST_CASE("locate_with_embree: the deadline, and charts that do not belong to the mesh") {
+TEST_CASE("locate_with_embree: an expired deadline, and charts of another mesh, are errors") {
   Model model = model_of(jittered_grid(10), flat);
   model.trees = build_curves(model.mesh, model.charts, model.masses, model.parameters);
   CancelToken late;

@@ -53,7 +53,7 @@ RTCError rtcGetDeviceError(RTCDevice device) {
 
 }  // extern "C"
 
-TEST_CASE("Embree out of memory: a scene is the status of its model, a device the error of the sampler") {
+TEST_CASE("Embree out of memory: a scene fails its model, a device fails the Sampler") {
   CHECK(sampled().report.status == Status::ok);
   fails = Fails::commit;
   const Row row = sampled();

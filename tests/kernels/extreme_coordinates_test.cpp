@@ -139,7 +139,7 @@ TEST_CASE("extreme coordinates: a model scaled by a power of two is sampled at t
   }
 }
 
-TEST_CASE("extreme coordinates: one triangle of the least positive double") {
+TEST_CASE("extreme coordinates: one triangle of the smallest positive double") {
   constexpr double least = std::numeric_limits<double>::denorm_min();
   for (const ExtremeMethod& method : extreme_methods) {
     INFO(method.name);
@@ -168,7 +168,7 @@ TEST_CASE("extreme coordinates: far from the origin, and one far vertex beside a
   }
 }
 
-TEST_CASE("extreme coordinates: normalised, lifted off the chords, and with a curvature density") {
+TEST_CASE("extreme coordinates: normalized, lifted onto the curved surface, and with a curvature density") {
   for (const double size : {1e39, 1e-60, 1e-310}) {
     INFO(size);
     const PolygonMesh mesh = scaled(torus(12, 8), size);
@@ -189,7 +189,7 @@ TEST_CASE("extreme coordinates: normalised, lifted off the chords, and with a cu
   }
 }
 
-TEST_CASE("extreme coordinates: what double cannot measure is non_finite, and the sentence says so") {
+TEST_CASE("extreme coordinates: sizes that double cannot measure are non_finite, with a reason") {
   for (const ExtremeMethod& method : extreme_methods)
     for (const double size : {1e200, 1e300, 1.2e308}) {
       INFO(method.name << ", " << size);
@@ -200,7 +200,7 @@ TEST_CASE("extreme coordinates: what double cannot measure is non_finite, and th
     }
 }
 
-TEST_CASE("extreme coordinates: what float32 holds is stored as it is") {
+TEST_CASE("extreme coordinates: coordinates within float32 are stored unchanged") {
   for (const double size : {1e-37, 1e-30, 1.0, 1e30, 5e35}) {
     INFO(size);
     const Row row = sampled(scaled(torus(12, 8), size), parameters_of(extreme_methods[1]));

@@ -32,7 +32,7 @@ double lifted_area(const PolygonMesh& mesh) {
 
 }  // namespace
 
-TEST_CASE("sphere_distance_shares: random points of the sphere") {
+TEST_CASE("sphere_distance_shares: match random points of the sphere") {
   const std::vector<double> shares = sphere_distance_shares(bins);
   REQUIRE(shares.size() == bins);
   CHECK(std::accumulate(shares.begin(), shares.end(), 0.0) == Approx(1));
@@ -49,7 +49,7 @@ TEST_CASE("sphere_distance_shares: random points of the sphere") {
   CHECK(histogram_error(distance_histogram(points, histogram).shares, shares).relative < 0.01);
 }
 
-TEST_CASE("torus_distance_shares: random points of the torus, and a thin tube is a circle") {
+TEST_CASE("torus_distance_shares: match random points of the torus, and a thin tube is a circle") {
   constexpr double tube = 0.5;
   const std::vector<double> shares = torus_distance_shares(bins, tube);
   CHECK(std::accumulate(shares.begin(), shares.end(), 0.0) == Approx(1));
@@ -76,7 +76,7 @@ TEST_CASE("torus_distance_shares: random points of the torus, and a thin tube is
   }
 }
 
-TEST_CASE("lifted_areas: those of sphere and torus to fourth order, flat faces as they are") {
+TEST_CASE("lifted_areas: exact for sphere and torus to fourth order, flat faces are unchanged") {
   const double sphere = 4 * std::numbers::pi;
   const double coarse = std::abs(lifted_area(icosphere(2)) - sphere),
                fine = std::abs(lifted_area(icosphere(3)) - sphere);
@@ -92,7 +92,7 @@ TEST_CASE("lifted_areas: those of sphere and torus to fourth order, flat faces a
   CHECK_THROWS_AS(lifted_areas(x, y, y, line, x), std::invalid_argument);
 }
 
-TEST_CASE("nearest_points: those of comparing with every point") {
+TEST_CASE("nearest_points: equal a comparison with every point") {
   std::vector<double> points, queries;
   for (std::uint32_t i = 0; i < 3000; ++i) {
     const UnitPair u = random_pair({}, Stream::point_set, i);

@@ -56,7 +56,7 @@ Found first_hit(const PolygonMesh& file, const ChartMap& map, std::uint64_t samp
 
 }  // namespace
 
-TEST_CASE("locate_first_hit: at least 64 curve vertices a sample, in curve order, in their triangles") {
+TEST_CASE("locate_first_hit: at least 64 curve vertices per sample, in curve order, in their triangles") {
   const Found found = first_hit(wavy_grid(20, 20, 0.3, bumps), flat, 128);
   const CurveElements& e = found.elements;
   REQUIRE(e.count() >= 64 * 128 * 95 / 100);
@@ -85,13 +85,13 @@ TEST_CASE("locate_first_hit: at least 64 curve vertices a sample, in curve order
   CHECK(heavy == 0);
 }
 
-TEST_CASE("locate_first_hit: on an isometric chart the leaves over the surface are the area") {
+TEST_CASE("locate_first_hit: on an isometric chart the leaves over the surface sum to the area") {
   const Found found = first_hit(
       grid_plane(7, 7), [](Vector3 p) { return std::pair(p.x, p.y); }, 64);
   CHECK(found.ratio() == Approx(1.0).epsilon(1e-9));
 }
 
-TEST_CASE("locate_first_hit: the total comes near the area") {
+TEST_CASE("locate_first_hit: the total is close to the area") {
   // On a similarity the factor is exact. What is lost are the leaves at the chart's border whose centre
   // misses it (nothing splits those further), ever less with finer trees.
   double last = 1;
@@ -125,7 +125,7 @@ TEST_CASE("locate_first_hit: follows the density") {
   CHECK(left == Approx(exact_left).epsilon(0.03));
 }
 
-TEST_CASE("locate_first_hit: the sheet below is lost, which is what the survey's locator does") {
+TEST_CASE("locate_first_hit: the sheet below is lost, as with the survey's locator") {
   const Found found = first_hit(
       grid_plane(20, 20),
       [](Vector3 p) {

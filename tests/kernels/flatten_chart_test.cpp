@@ -143,7 +143,7 @@ TEST_CASE("flatten_chart: charts without interior vertices are unfolded") {
   check_sound(flatten(prepare_mesh(tetrahedron())));
 }
 
-TEST_CASE("flatten_chart: a hemisphere is conformal, the better the finer") {
+TEST_CASE("flatten_chart: a hemisphere is more conformal the finer the mesh") {
   double before = 1.1, range = 0;
   for (const std::uint32_t rings : {12u, 24u, 48u}) {
     const FlatChart flat = flatten(prepare_mesh(hemisphere(rings)), 0, {0});
@@ -159,7 +159,7 @@ TEST_CASE("flatten_chart: a hemisphere is conformal, the better the finer") {
   CHECK(range == Approx(4).epsilon(0.1));
 }
 
-TEST_CASE("flatten_chart: closed surfaces of every genus") {
+TEST_CASE("flatten_chart: closed surfaces of every genus are flattened") {
   for (const PolygonMesh& mesh : {cube(), icosphere(3), torus(32, 16), two_sided_plate(8, 0.01)}) {
     const FlatChart flat = flatten(prepare_mesh(mesh));
     check_sound(flat);
@@ -168,7 +168,7 @@ TEST_CASE("flatten_chart: closed surfaces of every genus") {
   }
 }
 
-TEST_CASE("flatten_chart: rotation, shift and scale change nothing but rounding") {
+TEST_CASE("flatten_chart: invariant to rotation, translation and scale up to rounding") {
   const PreparedMesh a = prepare_mesh(torus(24, 14)), b = prepare_mesh(moved(torus(24, 14), 17, 1, 2, 3));
   // The same cut for both: seams may differ by rounding among equal paths.
   const CutChart cut = cut_to_disk(a, a.components[0], {});
@@ -198,7 +198,7 @@ TEST_CASE("flatten_chart: a tentacle gets more seams and keeps its scale in rang
   CHECK(seamed.report.mean_distortion <= plain.report.mean_distortion);
 }
 
-TEST_CASE("flatten_chart: degenerate triangles do not spoil their neighbours") {
+TEST_CASE("flatten_chart: degenerate triangles do not affect their neighbors") {
   // A grid with a sliver of no area along one diagonal and a vertex in the middle of an edge.
   const PreparedMesh mesh =
       prepare_mesh(polygon_mesh({0, 0, 0, 1, 0, 0, 2, 0, 0, 0, 1, 0, 1, 1, 0, 2, 1, 0, 1, 0.5, 0},
@@ -226,7 +226,7 @@ TEST_CASE("flatten_chart: coordinates of any range and coincident vertices stay 
   check_sound(flatten(prepare_mesh(stretched)));
 }
 
-TEST_CASE("flatten_chart: a deadline in the past ends the item") {
+TEST_CASE("flatten_chart: an expired deadline ends the item") {
   const PreparedMesh mesh = prepare_mesh(icosphere(2));
   const CutChart cut = cut_to_disk(mesh, mesh.components[0], {});
   CancelToken token;
@@ -245,7 +245,7 @@ TEST_CASE("boundary-first: target angles of the boundary sum to one turn") {
   }
 }
 
-TEST_CASE("intrinsic Delaunay: weights become non-negative, angles and area stay") {
+TEST_CASE("intrinsic Delaunay: weights become non-negative, angles and area are preserved") {
   PolygonMesh sheared = torus(30, 10);
   for (std::size_t i = 0; i < sheared.x.size(); ++i) sheared.x[i] -= 3 * sheared.y[i];
   const PreparedMesh mesh = prepare_mesh(sheared);
@@ -287,7 +287,7 @@ TEST_CASE("mean value: a disk in a circle has no flips, a flat patch is reproduc
   }
 }
 
-TEST_CASE("repair: a vertex pulled over its neighbours goes back") {
+TEST_CASE("repair: a vertex pulled over its neighbors is moved back") {
   const PreparedMesh mesh = prepare_mesh(grid_plane(10, 10));
   const CutChart chart = cut_to_disk(mesh, mesh.components[0], {});
   const IntrinsicDisk disk = disk_of(mesh, chart);
@@ -321,7 +321,7 @@ TEST_CASE("chart report: overlap of a folded strip") {
   CHECK(overlap_share(half, u, v) == Approx(0.5).margin(0.1));
 }
 
-TEST_CASE("flatten: a map with few bad triangles is kept where some are allowed, without repairs") {
+TEST_CASE("flatten: a map with an allowed number of bad triangles is kept without repairs") {
   // A metric that is rough from triangle to triangle.
   const PreparedMesh mesh = prepare_mesh(grid_plane(40, 40));
   std::mt19937 random(3);

@@ -76,7 +76,7 @@ std::pair<Status, std::string> failure_of(const PolygonMesh& file, const std::st
 
 }  // namespace
 
-TEST_CASE("formula density: masses of formulas that are linear over triangles are exact") {
+TEST_CASE("formula density: masses of formulas linear over triangles are exact") {
   // The cube [-1, 1]^3; each face has the area 4.
   CHECK(integral(cube(), "3") == Approx(72).epsilon(1e-14));
   CHECK(integral(cube(), "2 + x") == Approx(48).epsilon(1e-14));
@@ -88,7 +88,7 @@ TEST_CASE("formula density: masses of formulas that are linear over triangles ar
   CHECK(make_formula_density(cube(), prepare_mesh(cube()), by_formula("2 + x")).corner.size() == 36);
 }
 
-TEST_CASE("formula density: masses of others are close to the integral") {
+TEST_CASE("formula density: masses of other formulas are close to the integral") {
   CHECK(integral(cube(), "x^2") == Approx(8 + 16 / 3.0).epsilon(1e-5));
   CHECK(integral(square(), "exp(-20*((x - 0.5)^2 + (y - 0.5)^2))") ==
         Approx(std::numbers::pi / 20 * std::pow(std::erf(std::sqrt(5.0)), 2)).epsilon(1e-5));
@@ -107,7 +107,7 @@ TEST_CASE("formula density: masses of others are close to the integral") {
   CHECK(worst < 0.005);
 }
 
-TEST_CASE("formula density: curvature and lengths are those of the file, or of the unit box") {
+TEST_CASE("formula density: curvature and lengths are in units of the file, or of the unit box") {
   const PolygonMesh sphere = moved(icosphere(5, 2), 1, 10, -3, 5);
   const double area = integral(sphere, "1");
   CHECK(integral(sphere, "mean") == Approx(area / 2).epsilon(2e-3));
@@ -157,7 +157,7 @@ TEST_CASE("formula density: samples are as dense as the formula says", "[statist
   }
 }
 
-TEST_CASE("formula density: where it is zero there are no samples") {
+TEST_CASE("formula density: no samples where it is zero") {
   const Model model = sampled(square(), "max(x - 0.5, 0)", SequenceKind::shifted, 5000);
   const std::vector<float>& points = model.row.samples.points;
   float least = 1;
@@ -165,7 +165,7 @@ TEST_CASE("formula density: where it is zero there are no samples") {
   CHECK(least > 0.497F);
 }
 
-TEST_CASE("formula density: what is no density is a status with a sentence") {
+TEST_CASE("formula density: an invalid density is a status with a reason") {
   using Failure = std::pair<Status, std::string>;
   const auto fails = [](const PolygonMesh& file, const std::string& formula, Status status,
                         const std::string& sentence) {
@@ -193,7 +193,7 @@ TEST_CASE("formula density: what is no density is a status with a sentence") {
   CHECK(failure_of(square(), "(x - 1e-13) * 1").first == Status::ok);
 }
 
-TEST_CASE("formula density: it is the same, and fails the same, for any number of threads") {
+TEST_CASE("formula density: succeeds and fails the same for any number of threads") {
   PolygonMesh sphere = icosphere(6);  // enough triangles for many blocks
   const PreparedMesh mesh = prepare_mesh(sphere);
   sphere.coordinates.values = {0.5, 0.5};
@@ -224,7 +224,7 @@ TEST_CASE("formula density: it is the same, and fails the same, for any number o
   }
 }
 
-TEST_CASE("formula density: samples at curve vertices are redrawn by the density, whatever its size") {
+TEST_CASE("formula density: samples at curve vertices are redrawn by the density, at any scale") {
   const auto points = [](const std::string& formula) {
     static const EmbreeDevice device;
     SampleParameters parameters = parameters_for("direct");
@@ -244,7 +244,7 @@ TEST_CASE("formula density: samples at curve vertices are redrawn by the density
   CHECK(least > 0.49F);
 }
 
-TEST_CASE("formula density: problems are those of the parameters, before there is a model") {
+TEST_CASE("formula density: invalid parameters are found before a model is read") {
   SampleParameters parameters;
   const auto problems = [&](const std::string& formula) {
     parameters.density = by_formula(formula);
@@ -264,7 +264,7 @@ TEST_CASE("formula density: problems are those of the parameters, before there i
   CHECK_THAT(problems("mean"), ContainsSubstring("a curvature density needs the topology"));
 }
 
-TEST_CASE("Expression::degree: what is a polynomial, and of which degree") {
+TEST_CASE("Expression::degree: recognizes polynomials and their degree") {
   constexpr std::array<std::uint32_t, 5> degrees = {1, 1, 1, 2, 0};  // u v x y z
   const auto degree = [&](const char* text) { return Expression(text).degree(degrees); };
   CHECK(degree("3") == 0);

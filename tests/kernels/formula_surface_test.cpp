@@ -35,7 +35,7 @@ double farthest(const Vector3& a, const Vector3& b) { return norm(a - b); }
 
 }  // namespace
 
-TEST_CASE("formula surface: positions and derivatives are those of the surface of that name") {
+TEST_CASE("formula surface: positions and derivatives match the built-in surface of that name") {
   constexpr std::array<std::pair<const char*, const char*>, 3> surfaces = {
       {{"torus", "(1 + 0.5*cos(2*pi*v))*cos(2*pi*u), (1 + 0.5*cos(2*pi*v))*sin(2*pi*u), 0.5*sin(2*pi*v)"},
        {"stretched-plane", "u^8, v, 0"},
@@ -64,7 +64,7 @@ TEST_CASE("formula surface: positions and derivatives are those of the surface o
   }
 }
 
-TEST_CASE("expression: derivatives of every function agree with differences") {
+TEST_CASE("expression: derivatives of every function match finite differences") {
   const Scattered at = scattered(40);
   constexpr double step = 1e-4;
   for (const char* text : {"sin(3*u*v)", "cos(u - v)", "tan(u*v)", "exp(u*u - v)", "log(u + 2*v)",
@@ -100,7 +100,7 @@ TEST_CASE("expression: derivatives of every function agree with differences") {
   }
 }
 
-TEST_CASE("formula surface: what is clamped is flat, and the root of it has its area") {
+TEST_CASE("formula surface: clamped parts are flat, and their root has its area") {
   SurfaceSampleParameters parameters;
   parameters.samples = 2000;
   const SurfaceSamples samples = sample_surface(
@@ -113,7 +113,7 @@ TEST_CASE("formula surface: what is clamped is flat, and the root of it has its 
         Approx((1 - std::numbers::pi * 0.09) / (1 + std::numbers::pi * 0.09)).margin(0.01));
 }
 
-TEST_CASE("expression: second derivatives where an exponent stands still") {
+TEST_CASE("expression: second derivatives with a constant exponent") {
   constexpr std::array<std::string_view, 1> names = {"u"};
   const Jet2 at(0.5, 1, 0);
   const std::array<std::span<const Jet2>, 1> inputs = {{{&at, 1}}};
@@ -123,7 +123,7 @@ TEST_CASE("expression: second derivatives where an exponent stands still") {
   CHECK(jet.uu == Approx(2 * std::numbers::ln2));
 }
 
-TEST_CASE("formula surface: its name and content are those of its text, blanks apart") {
+TEST_CASE("formula surface: name and content follow its text, ignoring blanks") {
   const auto a = make_formula_surface("u, v, u*v"), b = make_formula_surface("u,v, u * v"),
              c = make_formula_surface("u, v, u+v");
   CHECK(a->name() == "u,v,u*v");
@@ -134,7 +134,7 @@ TEST_CASE("formula surface: its name and content are those of its text, blanks a
   CHECK_FALSE(is_surface_formula("torus"));
 }
 
-TEST_CASE("formula surface: texts that are none are refused, and places that are not finite are failures") {
+TEST_CASE("formula surface: invalid texts are refused, and non-finite points are failures") {
   CHECK_THROWS_WITH(make_formula_surface("u, v"), ContainsSubstring("has 2 formulas"));
   CHECK_THROWS_WITH(make_formula_surface("u, v, x"), ContainsSubstring("unknown name \"x\""));
   CHECK_THROWS_AS(make_formula_surface(",,"), std::invalid_argument);

@@ -136,7 +136,7 @@ std::vector<double> steiner_distances(const PreparedMesh& mesh, std::uint32_t so
 
 }  // namespace
 
-TEST_CASE("Exact geodesics: plane, cube and bent sheet by unfolding") {
+TEST_CASE("exact geodesics: plane, cube and bent sheet match their unfolding") {
   const PreparedMesh plane = prepare_mesh(grid_plane(17, 11, 1.3, 0.7));
   const PointsOnMeshArrays sources = random_points(plane, 6, 1);
   const std::vector<double> flat = exact_to_vertices(plane, sources);
@@ -161,7 +161,7 @@ TEST_CASE("Exact geodesics: plane, cube and bent sheet by unfolding") {
   }
 }
 
-TEST_CASE("Exact geodesics: round the inner corner of an L, where paths bend at a boundary vertex") {
+TEST_CASE("exact geodesics: paths around the inner corner of an L bend at a boundary vertex") {
   // Unit squares of an L, cut finely; the inner corner is (1, 1).
   PolygonMesh square = grid_plane(10, 10, 2, 2), el;
   std::vector<double> xyz;
@@ -189,7 +189,7 @@ TEST_CASE("Exact geodesics: round the inner corner of an L, where paths bend at 
   }
 }
 
-TEST_CASE("Exact geodesics: on a torus just below paths through points on the edges, and symmetric") {
+TEST_CASE("exact geodesics: on a torus slightly below paths through edge points, and symmetric") {
   const PreparedMesh mesh = prepare_mesh(torus(20, 12));
   std::vector<std::uint32_t> vertices;
   for (std::uint32_t v = 0; v < mesh.vertex_count(); v += 37) vertices.push_back(v);
@@ -205,7 +205,7 @@ TEST_CASE("Exact geodesics: on a torus just below paths through points on the ed
   }
 }
 
-TEST_CASE("Heat geodesics: great circles of the sphere, the error falling with the mesh") {
+TEST_CASE("heat geodesics: great circles of the sphere, with errors falling with the mesh size") {
   const double allowed_mean[] = {0.022, 0.0095, 0.0075}, allowed_worst[] = {0.08, 0.04, 0.03};
   double previous = 1;
   for (int s = 2; s <= 4; ++s) {
@@ -224,7 +224,7 @@ TEST_CASE("Heat geodesics: great circles of the sphere, the error falling with t
   }
 }
 
-TEST_CASE("Heat geodesics: against exact distances on a torus") {
+TEST_CASE("heat geodesics: close to exact distances on a torus") {
   double previous = 1;
   for (const std::uint32_t across : {12u, 24u}) {
     const PreparedMesh mesh = prepare_mesh(torus(5 * across / 2, across));
@@ -240,7 +240,7 @@ TEST_CASE("Heat geodesics: against exact distances on a torus") {
   }
 }
 
-TEST_CASE("Heat geodesics: the plane with its boundary, zero at the source, nearly symmetric") {
+TEST_CASE("heat geodesics: a bounded plane, zero at the source, nearly symmetric") {
   const PreparedMesh mesh = prepare_mesh(grid_plane(40, 40));
   const PointsOnMeshArrays points = random_points(mesh, 40, 7);
   std::vector<double> d(40 * 40);
@@ -264,7 +264,7 @@ TEST_CASE("Heat geodesics: the plane with its boundary, zero at the source, near
   for (std::size_t i = 0; i < vertices.size(); ++i) CHECK(to[i * mesh.vertex_count() + vertices[i]] == 0);
 }
 
-TEST_CASE("Heat geodesics: a long strip, where plain h^2 would underflow") {
+TEST_CASE("heat geodesics: a long strip where plain h^2 would underflow") {
   const PreparedMesh mesh = prepare_mesh(grid_plane(1500, 2, 1500, 2));
   const std::vector<double> d =
       heat_to_vertices(mesh, vertices_as_points(mesh, std::vector<std::uint32_t>{0}));
@@ -275,7 +275,7 @@ TEST_CASE("Heat geodesics: a long strip, where plain h^2 would underflow") {
   CHECK(errors.worst < 8);
 }
 
-TEST_CASE("Heat geodesics: batches, threads and neighbours in the batch change no bit") {
+TEST_CASE("heat geodesics: batches and threads change no bit") {
   const PreparedMesh mesh = prepare_mesh(merged(icosphere(3), moved(torus(20, 12), 1, 5, 0, 0)));
   const PointsOnMeshArrays sources = random_points(mesh, 37, 11);
   const HeatGeodesics geodesics(mesh);
@@ -297,7 +297,7 @@ TEST_CASE("Heat geodesics: batches, threads and neighbours in the batch change n
   CHECK(first.share == second.share);
 }
 
-TEST_CASE("Geodesic histogram: components apart, bins, sources and scale") {
+TEST_CASE("geodesic histogram: separate components, bins, sources and scale") {
   const PreparedMesh mesh = prepare_mesh(merged(icosphere(2), moved(icosphere(2), 1, 9, 0, 0)));
   const HeatGeodesics geodesics(mesh);
   // 30 samples on one, 10 on the other.
@@ -343,7 +343,7 @@ TEST_CASE("Geodesic histogram: components apart, bins, sources and scale") {
   CHECK_THROWS_AS(geodesic_histogram(geodesics, samples), std::invalid_argument);
 }
 
-TEST_CASE("Geodesic histogram: isometric copies of a sheet agree, their Euclidean distances do not") {
+TEST_CASE("geodesic histogram: isometric copies of a sheet agree, their Euclidean histograms do not") {
   const PreparedMesh flat = prepare_mesh(grid_plane(30, 15, 2, 1)),
                      bent = prepare_mesh(bent_sheet(30, 15, 2, 1, 0.15));
   REQUIRE(bent.corner_slot == flat.corner_slot);
@@ -391,7 +391,7 @@ std::vector<std::uint32_t> spread_vertices(const PreparedMesh& mesh, std::uint32
 
 }  // namespace
 
-TEST_CASE("Geodesic histogram: the closed form on a sphere, exact distances on a torus") {
+TEST_CASE("geodesic histogram: the closed form on a sphere, exact distances on a torus") {
   const PreparedMesh ball = prepare_mesh(icosphere(4));
   const GeodesicHistogram on_ball = geodesic_histogram(HeatGeodesics(ball), random_points(ball, 2000, 17));
   double apart = 0;
@@ -413,7 +413,7 @@ TEST_CASE("Geodesic histogram: the closed form on a sphere, exact distances on a
   CHECK(off < 0.12);
 }
 
-TEST_CASE("Geodesic histogram: exact distances on the bunny", "[slow]") {
+TEST_CASE("geodesic histogram: exact distances on the bunny", "[slow]") {
   MEANDER_NEEDS_SHARED_DATA();
   const FileBytes file(shared_data("paper/bunny_closed.off"));
   const PreparedMesh mesh = prepare_mesh(read_mesh(file.bytes(), MeshFormat::off));

@@ -114,7 +114,7 @@ TEST_CASE("gradient_matching: constant tensors on a plane are mapped exactly") {
     }
 }
 
-TEST_CASE("gradient_matching: slivers of no area, single triangles and strips are exact") {
+TEST_CASE("gradient_matching: zero-area slivers, single triangles and strips are exact") {
   const SpacingFormula field = constant_spacing(0.7, 5, 2);
   const PreparedMesh sliver =
       prepare_mesh(polygon_mesh({0, 0, 0, 1, 0, 0, 2, 0, 0, 0, 1, 0, 1, 1, 0, 2, 1, 0, 1, 0.5, 0},
@@ -127,7 +127,7 @@ TEST_CASE("gradient_matching: slivers of no area, single triangles and strips ar
   check_exact(flatten(strip, field_by_formula(strip, field)));
 }
 
-TEST_CASE("gradient_matching: a helix on a cylinder") {
+TEST_CASE("gradient_matching: a helix on a cylinder is unrolled") {
   // The field turns with the facets: unrolled, it is constant but for the azimuth's projection into the
   // facet, which is the same for all.
   for (const std::uint32_t n : {8u, 32u}) {
@@ -141,7 +141,7 @@ TEST_CASE("gradient_matching: a helix on a cylinder") {
   }
 }
 
-TEST_CASE("gradient_matching: a constant field on an unrolled cone, the better the finer") {
+TEST_CASE("gradient_matching: a constant field on an unrolled cone improves with the mesh") {
   // Half-angle 30 degrees: a point at distance r from the tip and azimuth phi unrolls to the angle phi / 2.
   double before = 1;
   for (const std::uint32_t n : {12u, 24u, 48u}) {
@@ -165,7 +165,7 @@ TEST_CASE("gradient_matching: a constant field on an unrolled cone, the better t
   CHECK(before < 0.01);
 }
 
-TEST_CASE("gradient_matching: an annulus cut open") {
+TEST_CASE("gradient_matching: an annulus is cut open") {
   const PreparedMesh mesh = prepare_mesh(annulus(48, 8, 0.5));
   check_exact(flatten(mesh, field_by_formula(mesh, constant_spacing(0.2, 0.4, 0.1))));
   // Circles with spacings proportional to the radius: u = 5 phi, v = -20 log r, the complex logarithm.
@@ -189,7 +189,7 @@ TEST_CASE("gradient_matching: an annulus cut open") {
   }
 }
 
-TEST_CASE("gradient_matching: a field with a curl leaves a residual") {
+TEST_CASE("gradient_matching: a field with curl leaves a residual") {
   const PreparedMesh mesh = prepare_mesh(grid_plane(20, 20));
   // e1 / s1 = (1 + 2 y, 0): its curl is -2 everywhere.
   const FieldChart chart = flatten(mesh, field_by_formula(mesh, [](Vector3 p, Vector3) {
@@ -223,7 +223,7 @@ TEST_CASE("gradient_matching: a map that must fold is reported") {
   CHECK(!is_accepted(wedge.alignment, AlignmentForm::gradient));
 }
 
-TEST_CASE("gradient_matching: the solution is the minimum of the energy over triangles") {
+TEST_CASE("gradient_matching: the solution minimizes the energy over triangles") {
   const PreparedMesh mesh =
       prepare_mesh(wavy_grid(7, 6, 0.3, [](double x, double y) { return 0.2 * std::sin(4 * x * y); }));
   const CutChart cut = cut_to_disk(mesh, mesh.components[0], {0});
@@ -294,7 +294,7 @@ TEST_CASE("gradient_matching: a few flips are repaired by patches in the metric"
   CHECK(repaired.flat.report.repaired_triangles > 0);
 }
 
-TEST_CASE("gradient_matching: a whole real surface on one chart is refused, not crashed on") {
+TEST_CASE("gradient_matching: a whole real surface on one chart is refused without a crash") {
   MEANDER_NEEDS_SHARED_DATA();
   for (const char* name : {"paper/bunny_closed.off", "paper/fandisk.off"}) {
     const FileBytes file(shared_data(name));
@@ -308,7 +308,7 @@ TEST_CASE("gradient_matching: a whole real surface on one chart is refused, not 
   }
 }
 
-TEST_CASE("gradient_matching: rotation, shift and scale change nothing but rounding") {
+TEST_CASE("gradient_matching: invariant to rotation, translation and scale up to rounding") {
   const PolygonMesh polygons =
       wavy_grid(14, 14, 0.2, [](double x, double y) { return 0.1 * std::sin(5 * x + 2 * y); });
   const PreparedMesh a = prepare_mesh(polygons), b = prepare_mesh(moved(polygons, 1.5, 1, 2, 3));
@@ -343,7 +343,7 @@ TEST_CASE("gradient_matching: whole closed surfaces stay finite") {
   check_sound(flatten(mesh, field_by_formula(mesh, constant_spacing(0, 8, 1))));
 }
 
-TEST_CASE("gradient_matching: a deadline in the past ends the item") {
+TEST_CASE("gradient_matching: an expired deadline ends the item") {
   const PreparedMesh mesh = prepare_mesh(grid_plane(4, 4));
   const CutChart cut = cut_to_disk(mesh, mesh.components[0], {});
   CancelToken token;

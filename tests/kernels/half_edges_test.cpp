@@ -93,7 +93,7 @@ void check_against_map(const std::vector<std::uint32_t>& triangles, std::uint32_
 
 }  // namespace
 
-TEST_CASE("pair_half_edges: agrees with a map of edges on random triangles, hubs and crowded edges") {
+TEST_CASE("pair_half_edges: agrees with an edge map on random triangles, hubs and crowded edges") {
   std::mt19937 random(7);
   for (const std::uint32_t vertices : {4u, 6u, 12u, 40u, 200u})
     for (const std::size_t count : {1u, 3u, 9u, 30u, 100u, 300u})
@@ -121,7 +121,7 @@ TEST_CASE("pair_half_edges: tells one fan of any size from several") {
     }
 }
 
-TEST_CASE("places_along_curve: by the whole key, ties in the old order") {
+TEST_CASE("places_along_curve: sorts by the whole key, stable for ties") {
   std::mt19937 random(3);
   for (const std::size_t count : {1u, 2u, 50u, 1023u, 5000u}) {
     std::vector<CentroidSum> sums(count);

@@ -16,7 +16,7 @@ TEST_CASE("histogram_error: a case by hand") {
   CHECK((none.relative == 0 && none.largest == 0 && none.norm == 0));
 }
 
-TEST_CASE("spread_of: mean, deviation with n - 1, standard error, gaps are in errors of the difference") {
+TEST_CASE("spread_of: mean, deviation with n - 1, standard error, and gaps in errors of the difference") {
   const Spread spread = spread_of({1, 2, 3, 4});
   CHECK(spread.mean == Approx(2.5));
   CHECK(spread.deviation == Approx(std::sqrt(5.0 / 3)));

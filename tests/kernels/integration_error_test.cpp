@@ -72,7 +72,7 @@ TEST_CASE("integration_error: random points err by sqrt(variance / n)") {
   }
 }
 
-TEST_CASE("weighted_integration_error: the area of the domain is what 1 integrates to") {
+TEST_CASE("weighted_integration_error: 1 integrates to the area of the domain") {
   // Samples of density 2 x on [0, 1] (times anything in y): x = sqrt(u).
   std::vector<double> values, density;
   constexpr int n = 4000;
@@ -85,7 +85,7 @@ TEST_CASE("weighted_integration_error: the area of the domain is what 1 integrat
   CHECK(weighted_integration_error(values, density, 6, 1.0 / 3) == Approx(1.0 / 3).epsilon(1e-4));
 }
 
-TEST_CASE("prefix_integration_errors: each is that of its prefix") {
+TEST_CASE("prefix_integration_errors: each equals the error of its prefix") {
   std::vector<double> values;
   for (std::uint64_t i = 0; i < 9000; ++i)
     values.push_back(random_pair(make_random_key(3, {}), Stream::sequence, i).first);
@@ -96,7 +96,7 @@ TEST_CASE("prefix_integration_errors: each is that of its prefix") {
     CHECK(errors[i] == Approx(integration_error(std::span(values).first(counts[i]), 0.5)).margin(1e-14));
 }
 
-TEST_CASE("integration_error: what cannot be is refused") {
+TEST_CASE("integration_error: invalid arguments are refused") {
   const std::vector<double> none, one{1}, two{1, 2}, zero{0};
   CHECK_THROWS_AS(integration_error(none, 0), std::invalid_argument);
   CHECK_THROWS_AS(weighted_integration_error(one, two, 1, 0), std::invalid_argument);
@@ -108,7 +108,7 @@ TEST_CASE("integration_error: what cannot be is refused") {
 }
 
 TEST_CASE(
-    "mean_estimate: of uniform samples the mean, else self-normalised, whatever the factor of the density") {
+    "mean_estimate: the mean of uniform samples, else self-normalized, whatever the scale of the density") {
   const std::vector<double> values{1, 2, 6};
   CHECK(mean_estimate(values) == 3);
   for (const double factor : {1.0, 0.25}) {
@@ -120,7 +120,7 @@ TEST_CASE(
   CHECK_THROWS_AS(mean_estimate(values, std::vector<double>{1, 0, 2}), std::invalid_argument);
 }
 
-TEST_CASE("summarise_errors: root mean square, largest, and deviation about the mean") {
+TEST_CASE("summarise_errors: root mean square, max, and deviation about the mean") {
   const ErrorSummary summary = summarise_errors(std::vector<double>{-3, 1, 2});
   CHECK(summary.rms == Approx(std::sqrt(14.0 / 3)));
   CHECK(summary.largest == 3);

@@ -136,7 +136,7 @@ TEST_CASE("laplacian spectrum: the regular tetrahedron in closed form") {
   for (const double value : found) CHECK(value == Approx(8 / (side * side)).epsilon(1e-12));
 }
 
-TEST_CASE("laplacian spectrum: iterations give what dense matrices give, multiple eigenvalues included") {
+TEST_CASE("laplacian spectrum: iterations match dense matrices, multiple eigenvalues included") {
   for (const PolygonMesh& file : {icosphere(2), torus(20, 12), cube(), grid_plane(12, 9, 2, 1)}) {
     const IntrinsicSurface surface = surface_of(file);
     std::vector<double> dense = by_dense_elements(surface);
@@ -151,7 +151,7 @@ TEST_CASE("laplacian spectrum: iterations give what dense matrices give, multipl
   }
 }
 
-TEST_CASE("laplacian spectrum: sphere, flat tori and rectangle against closed forms, about 1,000 vertices") {
+TEST_CASE("laplacian spectrum: sphere, flat tori and rectangle match closed forms, about 1,000 vertices") {
   CHECK(largest_error(laplacian_spectrum(surface_of(icosphere(3)), values), of_unit_sphere()) < 0.01);
   CHECK(largest_error(laplacian_spectrum(flat_torus(32, 32, 1, 0, 1), values), of_flat_torus(1, 0, 1)) <
         0.03);
@@ -161,7 +161,7 @@ TEST_CASE("laplacian spectrum: sphere, flat tori and rectangle against closed fo
                       of_rectangle(1.6, 1)) < 0.02);
 }
 
-TEST_CASE("laplacian spectrum: within 1 % of closed forms at 20,000 vertices") {
+TEST_CASE("laplacian spectrum: within 1 % of closed forms at 20,000 vertices", "[statistics]") {
   if (sanitized) {
     WARN("skipped: too slow with sanitizers; the release build runs it");
     return;
@@ -181,7 +181,7 @@ TEST_CASE("laplacian spectrum: few vertices give fewer eigenvalues, one gives no
   CHECK(laplacian_spectrum(IntrinsicSurface{}, 5).empty());
 }
 
-TEST_CASE("joint spectrum: the lowest of all components, equal ones and small ones among them") {
+TEST_CASE("joint spectrum: the lowest of all components, including equal and small ones") {
   const IntrinsicSurface ball = surface_of(icosphere(2)), ring = surface_of(torus(24, 12)),
                          block = surface_of(cube()), speck = surface_of(icosphere(1, 0.01));
   const std::vector<IntrinsicSurface> components = {ball, speck, ring, ball, block, ball};
@@ -199,7 +199,7 @@ TEST_CASE("joint spectrum: the lowest of all components, equal ones and small on
   CHECK(joint_spectrum({}, values).empty());
 }
 
-TEST_CASE("laplacian spectrum: a passed deadline ends the iterations") {
+TEST_CASE("laplacian spectrum: an expired deadline ends the iterations") {
   CancelToken late;
   late.deadline = std::chrono::steady_clock::time_point::min();
   CHECK_THROWS_AS(laplacian_spectrum(surface_of(icosphere(3)), values, late), ItemError);

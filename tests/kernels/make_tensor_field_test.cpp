@@ -155,7 +155,7 @@ TEST_CASE("make_tensor_field: six numbers or a vector, at vertices or faces, fro
   }
 }
 
-TEST_CASE("make_tensor_field: values belong to the file's vertices and faces, whatever the working order") {
+TEST_CASE("make_tensor_field: values follow the numbering of the file, whatever the working order") {
   PolygonMesh file = merged(moved(icosphere(2), 1, 3, 0, 0), icosphere(1));
   // On a sphere about the origin or not: a density that varies, by file vertex.
   add_six(file.vertex_attributes, "s", file.vertex_count(), [&](std::size_t i) {
@@ -209,7 +209,7 @@ TEST_CASE("make_tensor_field: ratios are clamped and counted, densities kept") {
   CHECK(report.mean_ratio == Approx(1));
 }
 
-TEST_CASE("make_tensor_field: neither the scale of the mesh nor that of the values matters") {
+TEST_CASE("make_tensor_field: invariant to the scale of the mesh and of the values") {
   const PolygonMesh file = icosphere(3);
   TensorParameters parameters = of_kind(TensorKind::constant);
   parameters.constant = {3, 0.2, -0.4, 1, 0.1, 0.5};
@@ -234,7 +234,8 @@ TEST_CASE("make_tensor_field: neither the scale of the mesh nor that of the valu
                          make_tensor_field(file, mesh, {})) < 1e-9);
 }
 
-TEST_CASE("make_tensor_field: formulas give the numbers of every corner, of the file or of the unit box") {
+TEST_CASE(
+    "make_tensor_field: formulas give the numbers of every corner, in units of the file or the unit box") {
   const PolygonMesh file = moved(grid_plane(5, 5), 20, 0, 0, 0);
   const PreparedMesh mesh = prepare_mesh(file);
   TensorParameters parameters = of_kind(TensorKind::unit_formula);
@@ -257,7 +258,7 @@ TEST_CASE("make_tensor_field: formulas give the numbers of every corner, of the 
   CHECK_THAT(validate(parameters).at(0), ContainsSubstring("unknown name"));
 }
 
-TEST_CASE("make_tensor_field: bad and missing values are named") {
+TEST_CASE("make_tensor_field: invalid and missing values are named") {
   PolygonMesh file = grid_plane(3, 3);
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const auto six_at = [&](std::size_t bad, Six value) {
@@ -321,7 +322,7 @@ TEST_CASE("make_tensor_field: values of unused vertices do not matter") {
                   2);
 }
 
-TEST_CASE("make_tensor_field: attributes of a PLY file, read by name") {
+TEST_CASE("make_tensor_field: attributes of a PLY file are read by name") {
   PolygonMesh file = grid_plane(4, 4);
   add_six(file.vertex_attributes, "stroke", file.vertex_count(), [](std::size_t) {
     return tensor_along({0.6, 0.8, 0}, {0, 0, 1}, 4, 1, 1);
@@ -339,7 +340,7 @@ TEST_CASE("make_tensor_field: attributes of a PLY file, read by name") {
                   5);
 }
 
-TEST_CASE("TensorParameters: what is out of range is named") {
+TEST_CASE("TensorParameters: values out of range are named") {
   CHECK(validate(TensorParameters{}).empty());
   TensorParameters p;
   p.max_ratio = 65;

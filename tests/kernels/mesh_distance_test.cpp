@@ -43,7 +43,7 @@ MeshDistanceParameters samples(std::uint64_t count) {
 
 }  // namespace
 
-TEST_CASE("mesh_distance: a mesh lies on itself") {
+TEST_CASE("mesh_distance: a mesh has distance 0 to itself") {
   for (const PolygonMesh& mesh :
        {icosphere(2), torus(20, 12), cube(), moved(torus(20, 12), 1e-20, 0, 0, 0)}) {
     const Surface surface(mesh);
@@ -55,7 +55,7 @@ TEST_CASE("mesh_distance: a mesh lies on itself") {
   }
 }
 
-TEST_CASE("mesh_distance: parallel planes") {
+TEST_CASE("mesh_distance: parallel planes have their distance") {
   const Surface low(grid_plane(7, 5));
   PolygonMesh raised = grid_plane(3, 4);
   for (double& z : raised.z) z += 0.125;
@@ -73,7 +73,7 @@ TEST_CASE("mesh_distance: parallel planes") {
   CHECK(found.percent(found.max()) == Approx(12.5 / std::sqrt(2.0)));
 }
 
-TEST_CASE("mesh_distance: crossing planes, where mean, RMS and maximum differ") {
+TEST_CASE("mesh_distance: crossing planes, where mean, RMS and max differ") {
   // z = 0 and z = x / 4 over the unit square. From the lower one the nearest point of the slope is along its
   // normal: distance x sin(atan(1/4)), for every x (the foot x cos^2 stays on the slope).
   const Surface flat(grid_plane(4, 4));
@@ -92,7 +92,7 @@ TEST_CASE("mesh_distance: crossing planes, where mean, RMS and maximum differ") 
   CHECK(found.backward.max == 0.25);
 }
 
-TEST_CASE("mesh_distance: directions differ where one surface is part of the other") {
+TEST_CASE("mesh_distance: the two directions differ if one surface is part of the other") {
   const Surface whole(grid_plane(8, 8, 2, 1)), part(grid_plane(3, 3, 1, 1));
   const MeshDistance found = measure(part, whole, samples(20000));
   CHECK(found.forward.max < 1e-15);
@@ -108,7 +108,7 @@ TEST_CASE("mesh_distance: directions differ where one surface is part of the oth
   CHECK(found.diagonal == Approx(std::sqrt(2.0)));
 }
 
-TEST_CASE("mesh_distance: concentric spheres") {
+TEST_CASE("mesh_distance: concentric spheres have the difference of their radii") {
   // Polyhedra with edges below 0.083 of the radius: up to 1.2e-3 (h^2 / 6) of it inside
   // their spheres.
   const Surface inner(icosphere(4)), outer(icosphere(4, 1.25));
@@ -135,7 +135,7 @@ TEST_CASE("mesh_distance: a coarse sphere inside a fine one") {
   CHECK(found.backward.mean == Approx(found.forward.mean).epsilon(0.05));
 }
 
-TEST_CASE("mesh_distance: motion and scale change nothing but the unit") {
+TEST_CASE("mesh_distance: invariant to motion, and scales with the unit") {
   const PolygonMesh a = torus(20, 12), b = icosphere(2, 1.2);
   const MeshDistance plain = measure(Surface(a), Surface(b), samples(20000));
   for (const double scale : {1e-12, 1.0, 1e30}) {
@@ -159,7 +159,7 @@ TEST_CASE("mesh_distance: motion and scale change nothing but the unit") {
   CHECK(doubled.backward.rms == 1024 * plain.backward.rms);
 }
 
-TEST_CASE("mesh_distance: more samples come closer, the seed matters little") {
+TEST_CASE("mesh_distance: more samples converge, the seed matters little", "[statistics]") {
   const Surface a(torus(20, 12)), b(icosphere(2, 1.2));
   const double exact = measure(a, b, samples(400000)).forward.mean;
   double worst[2] = {0, 0};
@@ -185,7 +185,7 @@ TEST_CASE("mesh_distance: one thread and many give the same bits") {
   CHECK(one.backward.max == many.backward.max);
 }
 
-TEST_CASE("area_samples: uniform by area, exactly as many, pure in the seed") {
+TEST_CASE("area_samples: uniform by area, exact in number, pure in the seed") {
   // A plane with triangles of very different size: columns of width 2^-k.
   std::vector<double> xyz;
   std::vector<std::vector<std::uint32_t>> faces;
@@ -222,7 +222,7 @@ TEST_CASE("area_samples: uniform by area, exactly as many, pure in the seed") {
   CHECK(chi_square_test(columns, std::vector<double>{0.5, 0.25, 0.125, 0.125}).p_value > 1e-3);
 }
 
-TEST_CASE("mesh_distance: what cannot be is refused") {
+TEST_CASE("mesh_distance: invalid arguments are refused") {
   const Surface good(cube()), flat(polygon_mesh({0, 0, 0, 1, 0, 0, 2, 0, 0}, {{0, 1, 2}}));
   CHECK_THROWS_AS(measure(good, flat), ItemError);
   CHECK_THROWS_AS(measure(good, Surface(PolygonMesh{})), std::invalid_argument);

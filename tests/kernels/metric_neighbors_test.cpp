@@ -73,7 +73,7 @@ double mean(const std::vector<double>& values) {
 
 }  // namespace
 
-TEST_CASE("metric neighbours: equal a comparison of all pairs") {
+TEST_CASE("metric neighbors: equal a comparison of all pairs") {
   TangentArrays surface = random_sphere(250, 8, 4);
   // Samples of a second sheet right beside the first ones: no neighbours.
   for (std::size_t i = 0; i < 20; ++i) {
@@ -96,7 +96,7 @@ TEST_CASE("metric neighbours: equal a comparison of all pairs") {
   }
 }
 
-TEST_CASE("metric neighbours: random samples of any ratio have the distances of the plane") {
+TEST_CASE("metric neighbors: random samples of any ratio have the distances of the plane") {
   constexpr std::size_t n = 4000;
   for (const double most : {1.0, 4.0}) {
     const TangentArrays sphere = random_sphere(n, most, 9);
@@ -110,7 +110,7 @@ TEST_CASE("metric neighbours: random samples of any ratio have the distances of 
   }
 }
 
-TEST_CASE("metric neighbours: stratified samples keep their distance whatever the ratio") {
+TEST_CASE("metric neighbors: stratified samples keep their distance whatever the ratio") {
   const double isotropic = mean(metric_nearest_distances(stratified_square(2500, 1, 3).view()));
   CHECK(isotropic > 0.56);
   for (const double ratio : {2.0, 4.0, 8.0}) {
@@ -121,7 +121,7 @@ TEST_CASE("metric neighbours: stratified samples keep their distance whatever th
   }
 }
 
-TEST_CASE("compare_band: the stated error of the ratio holds where band and rest are alike") {
+TEST_CASE("compare_band: the stated error of the ratio holds if band and rest are alike") {
   double nearest_squares = 0, count_squares = 0;
   constexpr int repeats = 40;
   for (std::uint64_t seed = 0; seed < repeats; ++seed) {
@@ -166,7 +166,7 @@ TEST_CASE("compare_band: a band that was sampled at random is detected") {
   CHECK(pairs.ratio - 4 * pairs.standard_error > 1);
 }
 
-TEST_CASE("metric neighbours: small cases and what they refuse") {
+TEST_CASE("metric neighbors: small cases, and invalid arguments are refused") {
   TangentArrays two;
   two.add({0, 0, 0}, {0, 0, 1}, {1, 0, 0}, 0.5, 0.1);
   CHECK(metric_nearest_distances(two.view())[0] == std::numeric_limits<double>::infinity());

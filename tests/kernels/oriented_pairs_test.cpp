@@ -155,7 +155,7 @@ TEST_CASE("oriented pairs: two points with given normals fall into the bin of th
       }
 }
 
-TEST_CASE("oriented pairs of a sphere: half the angle between the normals beyond 90 degrees with the line") {
+TEST_CASE("oriented pairs: on a sphere the line makes half the angle of the normals plus 90 degrees") {
   const Points points = sphere_points(3000, 2.5);
   const OrientedPairHistogram histogram = histogram_of(points);
   CHECK(histogram.mean_distance == Approx(4 * 2.5 / 3).epsilon(0.01));
@@ -176,7 +176,7 @@ TEST_CASE("oriented pairs of a sphere: half the angle between the normals beyond
   }
 }
 
-TEST_CASE("oriented pairs agree with a double loop over all pairs") {
+TEST_CASE("oriented pairs: agree with a double loop over all pairs") {
   for (const NormalSense sense : {NormalSense::signed_normals, NormalSense::either_side}) {
     for (const std::size_t n : {2, 3, 5, 33, 34, 300}) {
       INFO(n << " points");
@@ -209,7 +209,7 @@ TEST_CASE("oriented pairs: every instruction set, number of threads and order gi
 }
 
 TEST_CASE(
-    "oriented pairs do not change with place, direction and size, nor unsigned with the sense of a normal") {
+    "oriented pairs: invariant to position, rotation and size, and unsigned ones to the sign of a normal") {
   const Points points = box_samples(701);
   const Rotation turn = random_rotation(make_random_key(9, {}), Stream::point_set);
   Points changed, half, opposite;
@@ -227,7 +227,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("oriented pairs: planes and right angles are inside bins, whatever direction they have") {
+TEST_CASE("oriented pairs: planes and right angles are inside bins in any direction") {
   // Samples of a cube: coplanar pairs and faces at right angles, where an edge at 90 degrees would be noise.
   const RandomKey key = make_random_key(3, {});
   Points points;
@@ -248,7 +248,7 @@ TEST_CASE("oriented pairs: planes and right angles are inside bins, whatever dir
     CHECK(l1(histogram_of(changed, sense), histogram_of(points, sense)) < 1e-4);
 }
 
-TEST_CASE("oriented pairs of points in one spot, and what is refused") {
+TEST_CASE("oriented pairs: coincident points are counted, invalid arguments refused") {
   Points spot;
   for (int i = 0; i < 10; ++i) spot.add({4, 4, 4}, {0, 0, 1});
   const OrientedPairHistogram histogram = histogram_of(spot);

@@ -89,7 +89,7 @@ struct BallSamples {
 
 }  // namespace
 
-TEST_CASE("white_space: lattices of discs and ellipses leave what geometry says, from above and aslant") {
+TEST_CASE("white_space: lattices of discs and ellipses leave the exact share, from above and obliquely") {
   const int cells = 12;
   for (const Vector3 towards : {Vector3{0, 0, 1}, Vector3{0.3, 0.6, 0.8}}) {
     const SplatView view = square_view(cells, towards, 900);
@@ -119,7 +119,7 @@ TEST_CASE("white_space: splats far behind the surface do not cover it") {
   CHECK_THROWS_AS(white_space(cloud.splats(), view, {}), std::invalid_argument);
 }
 
-TEST_CASE("surface_depth: the nearer triangle wins, in pixels towards the eye") {
+TEST_CASE("surface_depth: the nearer triangle wins, in pixels toward the eye") {
   const SplatView view = square_view(2, {0, 0, 1}, 100);
   std::vector<double> positions = square(2, 0);
   const std::vector<double> nearer = square(1, 0.25);
@@ -137,7 +137,7 @@ TEST_CASE("surface_depth: the nearer triangle wins, in pixels towards the eye") 
                   std::invalid_argument);
 }
 
-TEST_CASE("ellipse_axes: the area asked for and the ratio of the tensor") {
+TEST_CASE("ellipse_axes: the requested area and the ratio of the tensor") {
   for (const double ratio : {1.0, 2.5, 8.0}) {
     const HalfAxes axes = ellipse_axes(0.7, ratio);
     CHECK(pi * axes.along * axes.across == Approx(0.7));
@@ -181,7 +181,7 @@ TEST_CASE("draw_splats: the image of an ellipse has the moments of the projected
   CHECK(drawn.covered == Approx(pi * a * b * 0.8 * view.scale * view.scale / 160000).epsilon(0.02));
 }
 
-TEST_CASE("draw_splats: what is nearer hides what is behind, in whatever order it comes") {
+TEST_CASE("draw_splats: nearer splats hide farther ones, in any order") {
   const SplatView view = square_view(4, {0, 0, 1}, 120);
   constexpr SrgbColor red = {220, 30, 20}, blue = {20, 40, 220};
   for (const bool far_first : {false, true}) {
@@ -202,7 +202,7 @@ TEST_CASE("draw_splats: what is nearer hides what is behind, in whatever order i
   }
 }
 
-TEST_CASE("draw_splats: where splats of one depth overlap, colors pass over into each other") {
+TEST_CASE("draw_splats: colors blend where splats of equal depth overlap") {
   SplatCloud cloud;
   cloud.add({1.2, 2, 0}, {0, 0, 1}, {1, 0, 0}, 1.2, 1.2, {230, 20, 20});
   cloud.add({2.8, 2, 0}, {0, 0, -1}, {1, 0, 0}, 1.2, 1.2, {20, 20, 230});
@@ -223,7 +223,7 @@ TEST_CASE("draw_splats: where splats of one depth overlap, colors pass over into
         Approx(image.pixel(static_cast<std::uint32_t>(view.point({2.0, 2, 0}).x), 100)[2]).margin(12));
 }
 
-TEST_CASE("draw_splats: backs, the part that is shown, and splats below a pixel") {
+TEST_CASE("draw_splats: back faces, prefixes, and splats below a pixel") {
   const SplatView view = square_view(2, {0, 0, 1}, 100);
   SplatCloud cloud;
   cloud.add({1, 1, 0}, {0, 0, -1}, {1, 0, 0}, 0.5, 0.5);
@@ -244,7 +244,7 @@ TEST_CASE("draw_splats: backs, the part that is shown, and splats below a pixel"
   }
 }
 
-TEST_CASE("draw_splats: nothing, what is not finite, too much") {
+TEST_CASE("draw_splats: empty, non-finite and too large input") {
   const SplatView view = square_view(2, {0, 0, 1}, 64);
   CHECK(draw_splats({}, view).covered == 0);
   const double nan = std::numeric_limits<double>::quiet_NaN(),
@@ -287,7 +287,7 @@ TEST_CASE("draw_splats: the same picture for any number of threads") {
   }
 }
 
-TEST_CASE("turning_view: the model stays in the picture all the way round") {
+TEST_CASE("turning_view: the model stays in the picture all the way around") {
   std::vector<float> points;
   for (const float x : {-3.0f, 1.0f})
     for (const float y : {0.0f, 5.0f})
@@ -330,7 +330,7 @@ TEST_CASE("view_weight: one on the silhouette, little in front, nothing behind")
   CHECK(view_weight({0, 0.8, -0.6}, v, parameters) == Approx(0.1 + 0.9 * std::pow(0.4, 4)));
 }
 
-TEST_CASE("view_detail: sums, number and density of a sphere are the closed forms") {
+TEST_CASE("view_detail: sums, number and density of a sphere have closed forms") {
   const BallSamples ball(16);
   ViewDetailParameters parameters;
   parameters.samples_per_area = 2000;
@@ -369,7 +369,7 @@ TEST_CASE("view_detail: sums, number and density of a sphere are the closed form
   }
 }
 
-TEST_CASE("view_detail: around every place the first samples of the set are kept") {
+TEST_CASE("view_detail: the first samples of the set are kept around every place") {
   // All normals equal: the kept ones are a prefix, as long as the share says.
   const std::size_t count = 40000;
   const std::vector<float> zero(count, 0.0f), up(count, 0.8f), aside(count, 0.6f), area(count, 1.0f / 40000);
@@ -386,7 +386,7 @@ TEST_CASE("view_detail: around every place the first samples of the set are kept
   CHECK_THROWS_AS(view_detail({aside, zero, up, {}}, {0, 0, 1}, parameters), std::invalid_argument);
 }
 
-TEST_CASE("view_detail: flat faces that turn away and into view leave nine of ten samples") {
+TEST_CASE("view_detail: flat faces that turn away and into view keep nine of ten samples") {
   // A box whose six faces turn over the silhouette all at once: 20,000 samples each, in random order.
   const std::array<Vector3, 6> outwards = {
       {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}}};
@@ -419,7 +419,7 @@ TEST_CASE("view_detail: flat faces that turn away and into view leave nine of te
   CHECK(least_without_fade < 0.5);
 }
 
-TEST_CASE("view_detail: nine of ten samples stay over two degrees, and the threads do not matter") {
+TEST_CASE("view_detail: nine of ten samples stay over two degrees, for any threads") {
   const BallSamples ball(15);
   ViewDetailParameters parameters;
   parameters.samples_per_area = 1400;

@@ -96,7 +96,7 @@ CylinderSamples cylinder(const PlanarSamples& set, TangentTensor log_s) {
 
 }  // namespace
 
-TEST_CASE("dips: a Gaussian is found as it is") {
+TEST_CASE("dips: a Gaussian is found with its parameters") {
   DifferenceParameters parameters = fine_map(1e-3);
   const DifferenceMap expected = expected_differences(parameters, 100000);
   for (const double ratio : {1.0, 2.0, 8.0}) {
@@ -140,7 +140,7 @@ TEST_CASE("dips: no dip, a peak, and dips beyond the map are not found") {
   CHECK_FALSE(dip_contour(gaussian_dip(parameters, 0.5, 30, 30, 0), expected).found);
 }
 
-TEST_CASE("dip_moments: random samples have none, and their signal is of unit variance") {
+TEST_CASE("dip_moments: random samples have none, and their signal has unit variance") {
   double squares = 0;
   constexpr int repeats = 24;
   DifferenceParameters parameters;
@@ -159,7 +159,7 @@ TEST_CASE("dip_moments: random samples have none, and their signal is of unit va
   CHECK(squares > 0.3);
 }
 
-TEST_CASE("dip_moments: jittered samples of a constant tensor have its ratio and direction") {
+TEST_CASE("dip_moments: jittered samples of a constant tensor have its ratio and direction", "[statistics]") {
   const DifferenceParameters parameters = fine_map();
   constexpr std::size_t n = 4096;
   for (const double ratio : {1.0, 2.0, 4.0, 8.0})
@@ -185,7 +185,7 @@ TEST_CASE("dip_moments: jittered samples of a constant tensor have its ratio and
     }
 }
 
-TEST_CASE("dip_contour: the same ratios, less exactly") {
+TEST_CASE("dip_contour: gives the same ratios, less exactly") {
   const DifferenceParameters parameters = fine_map(2);
   for (const double ratio : {1.0, 4.0}) {
     const TangentTensor log_s = log_spacing(ratio, 0.5);
@@ -223,7 +223,7 @@ TEST_CASE("dip_moments: in units of spacings the dip is round for every ratio") 
   }
 }
 
-TEST_CASE("dip_moments: a field whose ratio varies, by classes and scale-free", "[slow]") {
+TEST_CASE("dip_moments: a field of varying ratio, by classes and scale-free", "[slow]") {
   // x' = 8^u: strata of the unit square in (u, v) become longer along x; s1 = 8^u, s2 = 1.
   const double k = std::log(8.0);
   const auto stretched = [&](PlanarSamples set) {
@@ -276,7 +276,7 @@ TEST_CASE("dip_moments: a field whose ratio varies, by classes and scale-free", 
   }
 }
 
-TEST_CASE("dip_moments: on a curved surface") {
+TEST_CASE("dip_moments: hold on a curved surface", "[statistics]") {
   DifferenceParameters parameters;
   parameters.range = 2.5;
   parameters.cells = 160;
@@ -307,7 +307,7 @@ TEST_CASE("dip_moments: on a curved surface") {
   }
 }
 
-TEST_CASE("pair density: classes, expectations and what is refused") {
+TEST_CASE("pair density: classes and expectations, and invalid arguments are refused") {
   const std::vector<double> s1 = {1, 2, 3, 8}, s2 = {1, 1, 1, 2}, edges = {2, 3.5};
   CHECK(ratio_classes(s1, s2, edges) == std::vector<std::uint32_t>{0, 1, 1, 2});
   CHECK_THROWS_AS(ratio_classes(s1, edges, edges), std::invalid_argument);
@@ -325,7 +325,7 @@ TEST_CASE("pair density: classes, expectations and what is refused") {
   CHECK_THROWS_AS(dip_contour(expected, expected, wrong), std::invalid_argument);
 }
 
-TEST_CASE("half_depth_ellipse: a Gaussian of these deviations is at half its height there") {
+TEST_CASE("half_depth_ellipse: a Gaussian is at half its height there") {
   Dip dip;
   dip.first = 0.5;
   dip.second = 0.2;

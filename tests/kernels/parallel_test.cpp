@@ -31,7 +31,7 @@ void with_threads(const Check& check) {
 
 }  // namespace
 
-TEST_CASE("on_threads: as many threads as asked for meet, on a machine of fewer cores too") {
+TEST_CASE("on_threads: the requested number of threads meet, on a machine with fewer cores too") {
   std::atomic<int> arrived{0};
   test::on_threads(4, [&] {
     parallel_tasks(4, [&](std::size_t) {
@@ -59,7 +59,7 @@ TEST_CASE("parallel_blocks: every element once, in blocks that do not depend on 
   });
 }
 
-TEST_CASE("parallel loops: complete where the work around them is cancelled") {
+TEST_CASE("parallel loops: complete even if the surrounding work is cancelled") {
   with_threads([] {
     std::atomic<std::size_t> elements{0}, tasks{0}, bodies{0};
     oneapi::tbb::task_group_context around;
@@ -94,7 +94,7 @@ TEST_CASE("blocked_sum: the same bits for any number of threads") {
   with_threads([&] { CHECK(blocked_sum(values) == expected); });
 }
 
-TEST_CASE("parallel_tasks with loops inside: each task sees what was written before, the caller sees all") {
+TEST_CASE("parallel_tasks: nested loops see what was written before, the caller sees everything") {
   with_threads([] {
     constexpr std::size_t tasks = 20;
     std::vector<std::vector<double>> input(tasks), squares(tasks);

@@ -87,7 +87,7 @@ TEST_CASE("build_elements: masses of a triangle's elements sum to its mass, none
   }
 }
 
-TEST_CASE("build_elements and build_cells: of a large mesh the same with any number of threads") {
+TEST_CASE("build_elements, build_cells: a large mesh gives the same with any number of threads") {
   const PreparedMesh mesh = prepare_mesh(torus(600, 300));
   REQUIRE(mesh.triangle_count() > 300000);
   const Density density = uniform_density();
@@ -126,8 +126,7 @@ TEST_CASE("build_elements and build_cells: of a large mesh the same with any num
   }
 }
 
-TEST_CASE(
-    "build_elements: a small part of a large box is in the order of whole keys, with any number of threads") {
+TEST_CASE("build_elements: a small part of a large box is sorted by whole keys, with any number of threads") {
   PolygonMesh file = torus(600, 300);
   // Far smaller than a cell of the coarse keys, beside a small triangle that makes the box.
   for (std::vector<double>* const axis : {&file.x, &file.y, &file.z})
@@ -216,7 +215,7 @@ TEST_CASE("build_cells: cells are cut exactly where triangles are few for most o
   CHECK_FALSE(is_exact(soup, 80));  // 16.2 a sample
 }
 
-TEST_CASE("build_cells: cells of long needles, which have more polygons than may be kept, have elements") {
+TEST_CASE("build_cells: cells of long needles fall back to elements above the polygon limit") {
   std::vector<double> xyz;
   std::vector<std::vector<std::uint32_t>> faces;
   for (std::uint32_t i = 0; i < 10000; ++i) {
@@ -273,7 +272,7 @@ TEST_CASE("build_cells: parts of split pieces lie where their paths say") {
   CHECK(std::bit_width(*paths.rbegin()) == 7);
 }
 
-TEST_CASE("build_elements: hints ask for more elements and never change the mass") {
+TEST_CASE("build_elements: hints request more elements and never change the mass") {
   const PreparedMesh mesh = prepare_mesh(icosphere(1));
   const std::vector<std::uint32_t> hits(mesh.triangle_count(), 37);
   ElementParameters parameters;
@@ -299,7 +298,7 @@ TEST_CASE("piece_of: the pieces of one depth tile the triangle") {
   }
 }
 
-TEST_CASE("sample_sequence: stratified sets have one position in every stratum, shifted ones one shift") {
+TEST_CASE("sample_sequence: stratified sets have one position per stratum, shifted ones one common shift") {
   for (const std::uint32_t n : {1u, 7u, 256u, 1000u}) {
     const auto stratified = sample_sequence(SequenceKind::stratified, n, 0.25, test_key);
     for (std::uint32_t i = 0; i < n; ++i) REQUIRE(std::floor(stratified[i] * n) == i);
@@ -333,7 +332,7 @@ TEST_CASE("sample_sequence: every position is uniform over seeds") {
   }
 }
 
-TEST_CASE("sample_sequence: owen points fill every binary interval and extend") {
+TEST_CASE("sample_sequence: owen points fill every binary interval and can be extended") {
   const SampleSequence small = make_sequence(SequenceKind::owen, 64, 0, test_key),
                        large = make_sequence(SequenceKind::owen, 256, 0, test_key);
   for (std::uint32_t i = 0; i < 64; ++i) REQUIRE(std::floor(small.position[i] * 64) == i);
@@ -443,8 +442,7 @@ TEST_CASE("place_samples: repeated points are redrawn unless float32 has no othe
   CHECK(collapsed[Repair::coincident_points] > 0);
 }
 
-TEST_CASE(
-    "output_frame: far meshes are stored about their centre, normalisation is undone by loc and scale") {
+TEST_CASE("output_frame: distant meshes are stored about their center, loc and scale undo normalization") {
   const PreparedMesh near = prepare_mesh(icosphere(1)), far = prepare_mesh(moved(icosphere(1), 1, 1e5, 0, 0));
   CHECK(output_frame(near, NormalizeKind::none).loc.x == 0);
   CHECK(output_frame(far, NormalizeKind::none).loc.x == Approx(1e5));
@@ -501,7 +499,7 @@ std::size_t count_distinct(const Samples& samples) {
 
 }  // namespace
 
-TEST_CASE("output_frame: closed forms of a box, for every normalisation") {
+TEST_CASE("output_frame: closed forms of a box, for every normalization") {
   PolygonMesh box = cube();  // sides 4, 2 and 1, centre 10, -20, 30
   for (std::size_t v = 0; v < box.vertex_count(); ++v) {
     box.x[v] = 10 + 2 * box.x[v];
@@ -518,7 +516,7 @@ TEST_CASE("output_frame: closed forms of a box, for every normalisation") {
     CHECK(distance(output_frame(mesh, kind).loc, {10, -20, 30}) == 0);
 }
 
-TEST_CASE("place_samples: the same points of the file for every normalisation, up to float32") {
+TEST_CASE("place_samples: the same points of the file for every normalization, up to float32") {
   for (const PolygonMesh& file : {moved(torus(24, 12), 3, 10, 20, 30), moved(tetrahedron(), 1e-3, 0.5, 0, 0),
                                   moved(cube(), 50, 1e6, -1e6, 0)})
     for (const SequenceKind sequence : {SequenceKind::shifted, SequenceKind::random, SequenceKind::spaced}) {
@@ -540,7 +538,7 @@ TEST_CASE("place_samples: the same points of the file for every normalisation, u
     }
 }
 
-TEST_CASE("place_samples: pointnet has the mean of the samples as centre, and the farthest at 1") {
+TEST_CASE("place_samples: pointnet centers the samples at their mean, with the farthest at 1") {
   for (const std::uint32_t n : {2u, 3u, 64u, 5000u, 40000u})
     for (const OrderKind order : {OrderKind::progressive, OrderKind::curve}) {
       PlaceParameters parameters;
@@ -573,7 +571,7 @@ TEST_CASE("place_samples: pointnet has the mean of the samples as centre, and th
     }
 }
 
-TEST_CASE("place_samples: pointnet of a single sample has it at 0, in the scale of unit-sphere") {
+TEST_CASE("place_samples: pointnet puts a single sample at 0, with the scale of unit-sphere") {
   PlaceParameters parameters;
   parameters.normalize = NormalizeKind::pointnet;
   const PolygonMesh file = moved(torus(12, 8), 1, 1e5, 0, 0);
@@ -584,7 +582,7 @@ TEST_CASE("place_samples: pointnet of a single sample has it at 0, in the scale 
   CHECK(distance(s.frame.loc, file_point_of(place_framed(file, 1, parameters), 0)) < 1e-2);
 }
 
-TEST_CASE("place_samples: pointnet is the frame of what is left once repeated points are drawn again") {
+TEST_CASE("place_samples: pointnet is computed after repeated points are redrawn") {
   // Two specks of some 1,000 places of float32 each, far apart.
   const double side = 40 * 0x1p-23;
   const auto speck = [&](double at) {
@@ -611,7 +609,7 @@ TEST_CASE("place_samples: pointnet is the frame of what is left once repeated po
   CHECK(std::abs(spread_of(crowded).farthest - 1) <= 2 * 0x1p-24);
 }
 
-TEST_CASE("place_samples: normals of the file are interpolated, useless ones replaced") {
+TEST_CASE("place_samples: normals of the file are interpolated, unusable ones replaced") {
   PolygonMesh file = icosphere(2);
   for (std::size_t v = 0; v < file.x.size(); ++v)
     file.normals.insert(file.normals.end(), {static_cast<float>(file.x[v]), static_cast<float>(file.y[v]),
@@ -629,7 +627,7 @@ TEST_CASE("place_samples: normals of the file are interpolated, useless ones rep
           Approx(1).epsilon(1e-6));
 }
 
-TEST_CASE("elements_at: the element that holds each position, wherever positions lie") {
+TEST_CASE("elements_at: finds the element that holds each position") {
   CurveElements elements;
   elements.cumulative = {0};
   for (std::uint32_t e = 0; e < 5000; ++e) {
@@ -659,7 +657,7 @@ TEST_CASE("elements_at: the element that holds each position, wherever positions
   }
 }
 
-TEST_CASE("output_frame: unit-sphere does not see faces without an area inside the box") {
+TEST_CASE("output_frame: unit-sphere ignores faces without area inside the box") {
   // A rhombus, and a face without area that ends in a corner of its box.
   const PolygonMesh mesh =
       polygon_mesh({1, 0, 0, 2, 1, 0, 1, 2, 0, 0, 1, 0, 0, 2, 0, 0, 1.5, 0}, {{0, 1, 2, 3}, {3, 5, 4}});

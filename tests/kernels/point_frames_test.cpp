@@ -9,7 +9,7 @@
 using namespace meander;
 using namespace meander::test;
 
-TEST_CASE("points go from the store to the file and to working units, and back") {
+TEST_CASE("point frames: points convert from the store to the file and to working units, and back") {
   const PreparedMesh mesh = prepare_mesh(moved(cube(), 300, 5000, -7000, 11000));
   for (const NormalizeKind kind : {NormalizeKind::none, NormalizeKind::unit_box, NormalizeKind::unit_sphere,
                                    NormalizeKind::unit_diagonal}) {
@@ -34,7 +34,7 @@ TEST_CASE("points go from the store to the file and to working units, and back")
   }
 }
 
-TEST_CASE("stored points have no negative zeros") {
+TEST_CASE("point frames: stored points have no negative zeros") {
   const PreparedMesh mesh = prepare_mesh(cube());
   const std::vector<double> working = {-0.0, -1e-60, 0.25};
   for (const float value : stored_points(working, mesh, output_frame(mesh, NormalizeKind::unit_box)))

@@ -69,7 +69,7 @@ TEST_CASE("SurfaceLocator: one triangle, all regions, against a search") {
   }
 }
 
-TEST_CASE("SurfaceLocator: the same as asking every triangle") {
+TEST_CASE("SurfaceLocator: the same as searching every triangle") {
   for (const PolygonMesh& mesh :
        {torus(24, 15), two_sided_plate(6, 1e-9), moved(icosphere(2), 1e-3, 100, -50, 7),
         moved(torus(15, 10), 1e25, 1e27, 0, 0)}) {
@@ -100,7 +100,7 @@ TEST_CASE("SurfaceLocator: the same as asking every triangle") {
   }
 }
 
-TEST_CASE("SurfaceLocator: a sphere from inside, outside, far away and its middle") {
+TEST_CASE("SurfaceLocator: a sphere from inside, outside, far away and its center") {
   const PolygonMesh sphere = icosphere(4);
   const SurfaceLocator surface(device(), sphere.x, sphere.y, sphere.z, triangles_of(sphere));
   // Edges are below 0.083: the polyhedron lies up to 1.2e-3 (h^2 / 6) inside.
@@ -153,7 +153,7 @@ TEST_CASE("SurfaceLocator: triangles without area are segments and points") {
   }
 }
 
-TEST_CASE("locate_points: the answers of nearest, and what cannot be") {
+TEST_CASE("locate_points: the answers of nearest, and invalid arguments are refused") {
   const PolygonMesh mesh = torus(20, 12);
   const SurfaceLocator surface(device(), mesh.x, mesh.y, mesh.z, triangles_of(mesh));
   std::vector<double> points;

@@ -50,7 +50,7 @@ bool is_net(const PlanarPoints& points, int m) {
 
 }  // namespace
 
-TEST_CASE("planar_points: names") {
+TEST_CASE("planar_points: names are parsed and listed") {
   for (const PlanarMethod method : every_planar_method()) CHECK(planar_method(name_of(method)) == method);
   CHECK(!planar_method("Halton").has_value());
   CHECK(!planar_method("").has_value());
@@ -83,7 +83,7 @@ TEST_CASE("planar_points: every method gives exactly the count inside the square
   }
 }
 
-TEST_CASE("planar_points: parameters out of range") {
+TEST_CASE("planar_points: parameters out of range are refused") {
   PlanarParameters parameters;
   parameters.leaves_per_point = 0.5;
   CHECK_THROWS_AS(planar_points(PlanarMethod::hilbert_vertex, 10, 1, parameters), std::invalid_argument);
@@ -101,7 +101,7 @@ TEST_CASE("radical_inverse: known values") {
   CHECK(radical_inverse(2, 0xFFFFFFFFu) < 1);
 }
 
-TEST_CASE("planar_points: Halton starts at index 1, Hammersley is centred") {
+TEST_CASE("planar_points: Halton starts at index 1, Hammersley is centered") {
   const PlanarPoints halton = planar_points(PlanarMethod::halton, 4, 9);
   CHECK(halton.x == std::vector<double>{0.5, 0.25, 0.75, 0.125});
   CHECK(halton.y[0] == Approx(1 / 3.0));
@@ -176,7 +176,7 @@ TEST_CASE("planar_points: stratified on the Hilbert curve has one point in every
   CHECK(cells.size() == 729);
 }
 
-TEST_CASE("planar_points: regular Hilbert is a grid for powers of four, at vertices the leaf centres") {
+TEST_CASE("planar_points: regular Hilbert is a grid for powers of four, at vertices the leaf centers") {
   // H of the middle of a cell's interval is the middle of the cell: the curve crosses it from the second to
   // the third quarter.
   const PlanarPoints regular = planar_points(PlanarMethod::hilbert_regular, 256, 1);
@@ -222,7 +222,7 @@ TEST_CASE("planar_points: Poisson disk keeps its distance") {
   CHECK(relative_spacing(planar_points(PlanarMethod::random, 1024, 1)) < 0.1);
 }
 
-TEST_CASE("eliminate_samples: in the plane the set of planar_points") {
+TEST_CASE("eliminate_samples: in the plane equals planar_points") {
   // The same rule over the same candidates, whose neighbours are found in another way and whose weights are
   // kept in single precision: nearly all decisions are the same.
   const RandomKey key = make_random_key(3, {});
@@ -242,7 +242,7 @@ TEST_CASE("eliminate_samples: in the plane the set of planar_points") {
   CHECK(same_points >= count - 8);
 }
 
-TEST_CASE("eliminate_samples: keeps its distance on a sphere, exactly the count") {
+TEST_CASE("eliminate_samples: keeps its distance on a sphere, with exactly the count") {
   const RandomKey key = make_random_key(5, {});
   constexpr std::uint32_t count = 700;
   std::vector<double> candidates;
@@ -353,7 +353,7 @@ TEST_CASE("sphere_points: unit vectors, balanced, by seed") {
   }
 }
 
-TEST_CASE("sphere_points: formulas of Fibonacci and spiral") {
+TEST_CASE("sphere_points: Fibonacci and spiral follow their formulas") {
   const std::uint32_t n = 500;
   const SpherePoints fibonacci = sphere_points(SphereMethod::fibonacci, n, 1),
                      spiral = sphere_points(SphereMethod::spiral, n, 1);
@@ -374,7 +374,7 @@ TEST_CASE("sphere_points: formulas of Fibonacci and spiral") {
   }
 }
 
-TEST_CASE("lift_to_sphere: keeps areas") {
+TEST_CASE("lift_to_sphere: preserves areas") {
   const SpherePoints points = lift_to_sphere({{0, 0.25, 0.5, 0.75}, {0.5, 0.5, 0.25, 0}});
   CHECK(points.x[0] == Approx(1));
   CHECK(points.y[1] == Approx(1));

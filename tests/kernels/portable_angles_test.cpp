@@ -9,7 +9,7 @@
 
 using namespace meander;
 
-TEST_CASE("portable angles: those of the C library, for vectors from 1e-150 to 1e150 and a thousand turns") {
+TEST_CASE("portable angles: match the C library, for vectors from 1e-150 to 1e150 and a thousand turns") {
   double worst_angle = 0, worst_direction = 0;
   for (int i = 0; i <= 20000; ++i) {
     const double angle = std::numbers::pi * i / 20000;
@@ -27,7 +27,7 @@ TEST_CASE("portable angles: those of the C library, for vectors from 1e-150 to 1
   CHECK(upper_angle(0, 0) == 0);
 }
 
-TEST_CASE("portable angles: what is no angle has no direction") {
+TEST_CASE("portable angles: non-finite and very large angles have no direction") {
   for (const double angle :
        {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(),
         -std::numeric_limits<double>::infinity(), 1e15, -1e300}) {

@@ -7,7 +7,7 @@
 
 using namespace meander;
 
-TEST_CASE("philox4x32: the published test vectors of Random123") {
+TEST_CASE("philox4x32: matches the published test vectors of Random123") {
   CHECK(philox4x32({0, 0, 0, 0}, {0, 0}) == PhiloxBlock{0x6627e8d5, 0xe169c58d, 0xbc57ac4c, 0x9b00dbd8});
   CHECK(philox4x32({0xffffffff, 0xffffffff, 0xffffffff, 0xffffffff}, {0xffffffff, 0xffffffff}) ==
         PhiloxBlock{0x408f276d, 0x41c83b0e, 0xa20bc7c6, 0x6d5451fd});
@@ -20,7 +20,7 @@ TEST_CASE("unit_double: stays in the half-open unit interval at both ends") {
   CHECK(unit_double(0xFFFFFFFF, 0xFFFFFFFF) < 1.0);
 }
 
-TEST_CASE("make_random_key: seed and content both matter, nothing else does") {
+TEST_CASE("make_random_key: depends on seed and content, and nothing else") {
   const std::uint8_t one[] = {1, 2, 3}, other[] = {1, 2, 4};
   CHECK(make_random_key(1, one) == make_random_key(1, one));
   CHECK_FALSE(make_random_key(1, one) == make_random_key(2, one));

@@ -109,7 +109,7 @@ TEST_CASE("triangle_steps: Euclidean on a flat grid, in spacings along and acros
         Approx(std::sqrt(2.0) * std::exp((straight_step - diagonal_step) / (0.5 * mean))).epsilon(1e-10));
 }
 
-TEST_CASE("triangle_steps: unfolding a crease leaves the steps as they are") {
+TEST_CASE("triangle_steps: unfolding a crease leaves the steps unchanged") {
   const PolygonMesh flat = grid_plane(6, 6, 2, 2);
   PolygonMesh folded = flat;  // at x = 1, upright beyond
   for (std::size_t i = 0; i < folded.x.size(); ++i)
@@ -181,7 +181,7 @@ TEST_CASE("random_walk_probabilities: a dense solve and simulated walks agree") 
   }
 }
 
-TEST_CASE("random_walk_probabilities: rows sum to one over several batches, labels are their maxima") {
+TEST_CASE("random_walk_probabilities: rows sum to one over several batches, labels are their max") {
   const PreparedMesh mesh = prepare_mesh(torus(40, 24));
   const TriangleSteps steps = triangle_steps(mesh, field_along(mesh, {0, 0, 1}, 4));
   for (const std::uint32_t count : {1u, 2u, 3u, 16u, 17u, 37u, 150u}) {
@@ -223,7 +223,7 @@ TEST_CASE("random walk: equal probabilities go to the lower number") {
     CHECK(random_walk_labels(mesh, steps.weight, seeds)[0] == 0);
 }
 
-TEST_CASE("random walk: a long thin strip, whatever its weights span") {
+TEST_CASE("random walk: a long thin strip, whatever the range of its weights") {
   const std::uint32_t n = 12000;
   const PreparedMesh mesh = prepare_mesh(grid_plane(n, 1, 120, 1));
   const auto count = static_cast<std::uint32_t>(mesh.triangle_count());
@@ -281,7 +281,7 @@ TEST_CASE("random walk: a long thin strip, whatever its weights span") {
   }
 }
 
-TEST_CASE("random walk: coincident vertices and triangles without area keep finite steps") {
+TEST_CASE("random walk: coincident vertices and zero-area triangles keep finite steps") {
   PreparedMesh mesh = prepare_mesh(torus(12, 8));
   for (std::size_t i = 0; i < mesh.x.size(); i += 3) mesh.x[i] = mesh.y[i] = mesh.z[i] = 0.25;
   for (std::size_t t = 0; t < mesh.area.size(); ++t)
@@ -328,7 +328,7 @@ TEST_CASE("random walk: labels do not depend on the order of the triangles") {
   CHECK(same_partition(a, back));
 }
 
-TEST_CASE("random walk: labels do not depend on place and scale") {
+TEST_CASE("random walk: labels are invariant to position and scale") {
   const PolygonMesh sheet = bumpy_sheet(24);
   const PreparedMesh mesh = prepare_mesh(sheet), other = prepare_mesh(moved(sheet, 3.7, 1, -20, 5));
   const PolygonMesh arrow = moved(polygon_mesh({0, 0, 0, 1, 0.4, 0.2}, {}), 1, 0, 0, 0);
@@ -383,7 +383,7 @@ TEST_CASE("random walk: in a constant field of ratio 8 segments lie along e1") {
   CHECK(elongation(8) > 2);
 }
 
-TEST_CASE("random walk: the bending term holds the boundary where the field turns") {
+TEST_CASE("random walk: the bending term keeps the boundary where the field turns") {
   const PreparedMesh mesh = prepare_mesh(grid_plane(60, 30, 2, 1));
   const TensorField field = field_along(
       mesh,
@@ -418,7 +418,7 @@ TEST_CASE("random walk: the same bits on one thread and on several") {
   CHECK(on_threads(1, run) == on_threads(4, run));
 }
 
-TEST_CASE("farthest_seeds: every component has one, then the farthest of all follow") {
+TEST_CASE("farthest_seeds: one per component, then the farthest of all") {
   const PreparedMesh mesh = prepare_mesh(
       merged(merged(icosphere(2), moved(icosphere(1), 0.3, 4, 0, 0)), moved(tetrahedron(), 1, 9, 0, 0)));
   REQUIRE(mesh.components.size() == 3);
@@ -458,7 +458,7 @@ TEST_CASE("farthest_seeds: every component has one, then the farthest of all fol
   CHECK(all == std::vector<std::uint32_t>{0, 1, 2, 3});
 }
 
-TEST_CASE("random walk: wrong arguments are refused, deadlines end it") {
+TEST_CASE("random walk: invalid arguments are refused, deadlines end it") {
   const PreparedMesh mesh = prepare_mesh(merged(icosphere(1), moved(icosphere(1), 1, 4, 0, 0)));
   const TensorField field = round_field(mesh);
   const TriangleSteps steps = triangle_steps(mesh, field);

@@ -46,7 +46,7 @@ std::vector<std::uint32_t> samples_at(const Scene& scene, std::size_t count, con
 
 }  // namespace
 
-TEST_CASE("region_counts: independent samples pass, and fail a wrong measure") {
+TEST_CASE("region_counts: independent samples pass, and fail against a wrong measure") {
   const Scene scene = make_scene();
   double dispersion = 0;
   int small = 0;
@@ -90,7 +90,7 @@ TEST_CASE("region_counts: stratified samples lie far below the chi-square bound"
     CHECK(std::abs(static_cast<double>(counts.counts[r]) - counts.expected[r]) <= 2);
 }
 
-TEST_CASE("region_counts: small cases and what it refuses") {
+TEST_CASE("region_counts: small cases, and invalid arguments are refused") {
   const std::vector<std::uint32_t> region = {0, 1, 1}, samples = {0, 1, 2, 2};
   const std::vector<double> measure = {1, 0.5, 0.5};
   const RegionCounts counts = region_counts(region, measure, samples, 3, 1);

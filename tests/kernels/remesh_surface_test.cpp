@@ -57,7 +57,7 @@ TEST_CASE("remesh: closed surfaces keep their topology, and every sample is a ve
     }
 }
 
-TEST_CASE("remesh: smooth closed surfaces have no vertices but the samples") {
+TEST_CASE("remesh: smooth closed surfaces have no vertices other than the samples") {
   const Remeshed sphere = remeshed(icosphere(4), 200), ring = remeshed(torus(60, 30), 200);
   CHECK(sphere.mesh.origin.empty());
   CHECK(sphere.mesh.report.faces == 2 * 200 - 4);
@@ -82,7 +82,7 @@ TEST_CASE("remesh: a flat sheet keeps its boundary, its corners and its area") {
   }
 }
 
-TEST_CASE("remesh: the creases of a cube stay, and with them its volume") {
+TEST_CASE("remesh: the creases of a cube are kept, and with them its volume") {
   for (const std::uint32_t n : {8u, 100u, 1500u}) {
     const Remeshed box = remeshed(cube(), n);
     check_result(box);
@@ -172,7 +172,7 @@ TEST_CASE("remesh: samples on corners, on edges and at one place become vertices
   CHECK(mesh.report.vertices >= triangle.size() + 4);
 }
 
-TEST_CASE("remesh: what is not manifold, not orientable or in pieces comes out whole") {
+TEST_CASE("remesh: non-manifold, non-orientable and split surfaces come out complete") {
   const PolygonMesh pillow = polygon_mesh({0, 0, 0, 1, 0, 0, 0, 1, 0}, {{0, 1, 2}, {0, 2, 1}});
   const PolygonMesh fin =
       polygon_mesh({0, 0, 0, 1, 0, 0, 0, 1, 0, 0, -1, 0, 0, 0, 1}, {{0, 1, 2}, {1, 0, 3}, {0, 1, 4}});
@@ -195,7 +195,7 @@ TEST_CASE("remesh: what is not manifold, not orientable or in pieces comes out w
     }
 }
 
-TEST_CASE("remesh: seams whose two sides have one edge each stay open in the file") {
+TEST_CASE("remesh: seams with one edge on each side stay open in the file") {
   // Three sheets at one edge: the preparation parts them there, and in a chain of such fins it leaves loops
   // of two edges.
   PolygonMesh fins =
@@ -262,7 +262,7 @@ std::vector<double> least_angles(const RemeshedSurface& mesh) {
 
 }  // namespace
 
-TEST_CASE("remesh: fitting moves samples beside lines onto them, and the lines stay") {
+TEST_CASE("remesh: fitting moves samples near feature lines onto them, and the lines stay") {
   RemeshParameters fit;
   fit.fit = true;
   for (const std::uint32_t n : {100u, 1500u}) {
@@ -303,7 +303,7 @@ TEST_CASE("remesh: fitted smooth surfaces keep their angles") {
   }
 }
 
-TEST_CASE("remesh: arrays that do not fit are refused, and a deadline is kept") {
+TEST_CASE("remesh: arrays of the wrong size are refused, and a deadline is respected") {
   const PreparedMesh surface = prepare_mesh(cube());
   const std::vector<std::uint32_t> triangle = {99}, rank = {0};
   const std::vector<float> weights = {0, 0};

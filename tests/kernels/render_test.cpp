@@ -83,7 +83,7 @@ TEST_CASE("splat_picture: the nearer surface hides the farther one") {
   for (std::uint32_t x = 40; x < 60; ++x) CHECK(std::abs(b.pixel(x, 50)[0] - shade) < 40);
 }
 
-TEST_CASE("splat_picture: normals that point inwards look the same") {
+TEST_CASE("splat_picture: inward normals look the same") {
   const Cloud cloud = sphere(500);
   std::vector<float> inward = cloud.normals;
   for (float& n : inward) n = -n;
@@ -91,7 +91,7 @@ TEST_CASE("splat_picture: normals that point inwards look the same") {
         splat_picture(cloud.points, inward, sphere_area).pixels);
 }
 
-TEST_CASE("splat_picture: scale and place of the model do not matter") {
+TEST_CASE("splat_picture: invariant to scale and position of the model") {
   const Cloud cloud = sphere(400);
   // A power of two scales float32 coordinates exactly.
   std::vector<float> large = cloud.points;
@@ -100,7 +100,7 @@ TEST_CASE("splat_picture: scale and place of the model do not matter") {
         splat_picture(large, cloud.normals, sphere_area * 0x1p40).pixels);
 }
 
-TEST_CASE("splat_picture: empty, one point, not finite") {
+TEST_CASE("splat_picture: empty, one point, non-finite input") {
   SplatParameters parameters;
   parameters.size = 40;
   const RgbImage none = splat_picture({}, {}, 0, parameters);
@@ -148,7 +148,7 @@ std::size_t red_pixels(const RgbImage& image) {
 
 }  // namespace
 
-TEST_CASE("surface_picture: a plate covers what it should, in the color of its faces") {
+TEST_CASE("surface_picture: a plate covers its exact pixels, in the color of its faces") {
   Plate plate;
   plate.add(1, 0);
   SurfaceScene scene{plate.positions, plate.faces, {{200, 20, 20}, {200, 20, 20}}};
@@ -160,7 +160,7 @@ TEST_CASE("surface_picture: a plate covers what it should, in the color of its f
   for (std::uint32_t i = 12; i < 188; ++i) CHECK_FALSE(white(image, i, i));
 }
 
-TEST_CASE("surface_picture: an ellipse has its area and its axes, and is hidden by what is in front") {
+TEST_CASE("surface_picture: an ellipse has its area and axes, and is hidden by nearer surfaces") {
   Plate plate;
   plate.add(1, 0);
   SurfaceScene scene{plate.positions, plate.faces, {}};
@@ -181,7 +181,7 @@ TEST_CASE("surface_picture: an ellipse has its area and its axes, and is hidden 
   CHECK(red_pixels(surface_picture(scene, from_above(200))) == 0);
 }
 
-TEST_CASE("surface_picture: lines have their width, dots their radius, both are hidden by what is in front") {
+TEST_CASE("surface_picture: lines have their width, dots their radius, and nearer surfaces hide both") {
   Plate plate;
   plate.add(1, 0);
   SurfaceScene scene{plate.positions, plate.faces, {}};
@@ -201,7 +201,7 @@ TEST_CASE("surface_picture: lines have their width, dots their radius, both are 
   CHECK(red_pixels(surface_picture(scene, from_above(200))) == 0);
 }
 
-TEST_CASE("surface_picture: what is not finite is left out, what does not fit is refused") {
+TEST_CASE("surface_picture: non-finite elements are skipped, arrays of the wrong size are refused") {
   Plate plate;
   plate.add(1, 0);
   SurfaceScene scene{plate.positions, plate.faces, {}};
@@ -223,7 +223,7 @@ TEST_CASE("surface_picture: what is not finite is left out, what does not fit is
   CHECK_THROWS_AS(surface_picture(scene, from_above(64)), std::invalid_argument);
 }
 
-TEST_CASE("splat_picture: beads have the colors that they are given") {
+TEST_CASE("splat_picture: beads have their given colors") {
   Cloud cloud;
   cloud.add(-1, 0, 0, 0, 0, 1);
   cloud.add(1, 0, 0, 0, 0, 1);
@@ -248,7 +248,7 @@ TEST_CASE("splat_picture: beads have the colors that they are given") {
                   std::invalid_argument);
 }
 
-TEST_CASE("sampled_surface_picture: discs have their area and lie on the side that is seen") {
+TEST_CASE("sampled_surface_picture: discs have their area and lie on the visible side") {
   Plate plate;
   plate.add(1, 0);
   const std::array<double, 6> points = {-0.5, 0, 0, 0.5, 0, 0};

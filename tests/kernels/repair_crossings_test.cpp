@@ -50,7 +50,7 @@ PolygonMesh shell(double thickness) {
 
 }  // namespace
 
-TEST_CASE("crossings: triangles cross where an edge of one goes through the inside of the other") {
+TEST_CASE("crossings: triangles cross if an edge of one passes through the inside of the other") {
   const TriangleCorners flat = {Vector3{-1, -1, 0}, Vector3{1, -1, 0}, Vector3{0, 1, 0}};
   const TriangleCorners through = {Vector3{0, 0, -1}, Vector3{0, 0, 1}, Vector3{0, 5, 0}};
   const TriangleCorners above = {Vector3{0, 0, 0.1}, Vector3{0, 0, 1}, Vector3{0, 5, 0.1}};
@@ -71,7 +71,7 @@ TEST_CASE("crossings: triangles cross where an edge of one goes through the insi
   CHECK_FALSE(triangles_overlap({0, 1, 2}, flat, {1, 0, 3}, {flat[1], flat[0], Vector3{0, -3, 0}}));
 }
 
-TEST_CASE("crossings: pairs are those of all with all") {
+TEST_CASE("crossings: pairs equal a comparison of all with all") {
   const RandomKey key = make_random_key(11, {});
   std::vector<TriangleCorners> soup;
   for (std::uint32_t i = 0; i < 400; ++i) {
@@ -111,7 +111,7 @@ TEST_CASE("crossings: pairs are those of all with all") {
   CHECK(on_threads(2, search).count == part.count);
 }
 
-TEST_CASE("crossings: the search among needles that meet in one point ends at its bound, and says so") {
+TEST_CASE("crossings: the search among needles at one point ends at its limit, and says so") {
   // The boxes of all needles of a quarter of a cone meet.
   constexpr std::uint32_t needles = 12000;
   std::vector<double> xyz = {0, 0, 0};
@@ -127,7 +127,7 @@ TEST_CASE("crossings: the search among needles that meet in one point ends at it
   CHECK(remeshed(icosphere(4), 600, {}, SequenceKind::spaced).mesh.report.partial_search == 0);
 }
 
-TEST_CASE("crossings: the two sides of a thin shell are parted") {
+TEST_CASE("crossings: the two sides of a thin shell are separated") {
   for (const bool fit : {false, true})
     for (const double thickness : {0.02, 0.005})
       for (const std::uint32_t n : {60u, 300u}) {
@@ -145,7 +145,7 @@ TEST_CASE("crossings: the two sides of a thin shell are parted") {
       }
 }
 
-TEST_CASE("crossings: those of the surface itself are told apart") {
+TEST_CASE("crossings: those of the input surface itself are distinguished") {
   const PolygonMesh crossed = merged(icosphere(4), moved(icosphere(4), 1, 1.1, 0.2, 0.1));
   const Remeshed result = remeshed(crossed, 600, {}, SequenceKind::spaced);
   check_result(result);
@@ -154,7 +154,7 @@ TEST_CASE("crossings: those of the surface itself are told apart") {
   CHECK(crossings_of(result.mesh) == result.mesh.report.input_crossings);
 }
 
-TEST_CASE("crossings: parted in the same way for every number of threads") {
+TEST_CASE("crossings: repaired in the same way for every number of threads") {
   RemeshParameters fit;
   fit.fit = true;
   const std::uint32_t n = sanitized ? 50 : 100;
@@ -165,7 +165,7 @@ TEST_CASE("crossings: parted in the same way for every number of threads") {
   CHECK(one.mesh.report.kept_vertices == four.mesh.report.kept_vertices);
 }
 
-TEST_CASE("crossings: those of needles that are all near each other are counted, parted or not") {
+TEST_CASE("crossings: those of a cluster of needles are counted, repaired or not") {
   // A strip of small triangles that share one vertex far away: long needles side by side.
   std::vector<double> positions = {1e5, 1e5, 0};
   for (std::uint32_t k = 0; k < 30; ++k)

@@ -79,7 +79,7 @@ double slow_distance(std::span<const float> a, std::span<const float> b, Distanc
 
 }  // namespace
 
-TEST_CASE("descriptor distances by hand") {
+TEST_CASE("descriptor distances: cases by hand") {
   CHECK(of_pair({1, 0, 0}, {0, 0, 1}, DistanceKind::l1) == 2);
   CHECK(of_pair({3, 0}, {0, 4}, DistanceKind::l2) == 5);
   CHECK(of_pair({1, 0, 0}, {0, 0, 1}, DistanceKind::emd) == 2);  // two bins to walk
@@ -93,7 +93,7 @@ TEST_CASE("descriptor distances by hand") {
   CHECK(of_pair({0, 0}, {0, 0}, DistanceKind::cosine) == 0);
 }
 
-TEST_CASE("descriptor distances against the definitions in double, for widths around the lanes") {
+TEST_CASE("descriptor distances: match the definitions in double, for widths around the SIMD lanes") {
   for (const std::uint32_t width : {1u, 5u, 16u, 17u, 64u, 100u}) {
     const std::vector<float> values = random_histograms(12, width, width);
     for (const DistanceKind kind : kinds) {
@@ -111,7 +111,7 @@ TEST_CASE("descriptor distances against the definitions in double, for widths ar
   }
 }
 
-TEST_CASE("descriptor distances: the axioms of a metric, for the distances that are metrics") {
+TEST_CASE("descriptor distances: the metrics satisfy the axioms of a metric") {
   const std::uint32_t width = 32;
   const std::size_t n = 40;
   const std::vector<float> values = random_histograms(n, width, 3);
@@ -132,7 +132,7 @@ TEST_CASE("descriptor distances: the axioms of a metric, for the distances that 
   }
 }
 
-TEST_CASE("emd is the cheapest way to carry one histogram over to the other") {
+TEST_CASE("emd: the least cost of transporting one histogram to the other") {
   // Six grains each; all ways to match grains are tried.
   const RandomKey key = make_random_key(8, {});
   for (std::uint64_t trial = 0; trial < 30; ++trial) {
@@ -159,7 +159,7 @@ TEST_CASE("emd is the cheapest way to carry one histogram over to the other") {
   }
 }
 
-TEST_CASE("combined descriptors: every block counts as much as the others, whatever its unit") {
+TEST_CASE("combined descriptors: every block has the same weight, whatever its unit") {
   const std::size_t n = 50;
   std::vector<float> a = random_histograms(n, 20, 1);
   const std::vector<float> b = random_histograms(n, 7, 2);
@@ -185,7 +185,7 @@ TEST_CASE("combined descriptors: every block counts as much as the others, whate
         Approx(static_cast<double>(descriptor_distance(only_b, 3, 9)) / half.blocks[0].scale));
 }
 
-TEST_CASE("combined descriptors: the scale from drawn pairs is near that of all pairs") {
+TEST_CASE("combined descriptors: the scale from sampled pairs is near that of all pairs") {
   const std::size_t n = 400;  // 79800 pairs: more than are used
   const std::vector<float> a = random_histograms(n, 12, 5);
   const DescriptorBlock blocks[] = {{a, 12}, {a, 12}};
@@ -276,7 +276,7 @@ TEST_CASE("nearest_rows: the front of the sorted list, ties by row number") {
   CHECK_THROWS_AS(nearest_rows(base, n, 3), std::invalid_argument);
 }
 
-TEST_CASE("a query outside the base has the distances of an equal row, alone and combined") {
+TEST_CASE("descriptor distances: a query outside the base equals an equal row, alone and combined") {
   const std::size_t n = 130;
   const std::vector<float> narrow = random_histograms(n, 9, 3), wide = random_histograms(n, 40, 4);
   const DescriptorBlock blocks[] = {{narrow, 9}, {wide, 40}};
@@ -366,7 +366,7 @@ TEST_CASE("NearestSearch: parts of any size, in any order, find what the whole b
   }
 }
 
-TEST_CASE("a base that is made in steps is that of its blocks, and weights scale them") {
+TEST_CASE("make_descriptor_base: a base made in steps equals that of its blocks, and weights scale them") {
   const std::size_t n = 300;  // more pairs than are used for the scales
   const std::vector<float> a = random_histograms(n, 20, 1), b = random_histograms(n, 7, 2);
   const DescriptorBlock blocks[] = {{a, 20, 3}, {b, 7}}, plain[] = {{a, 20}, {b, 7}};
@@ -399,7 +399,7 @@ TEST_CASE("a base that is made in steps is that of its blocks, and weights scale
                   std::invalid_argument);
 }
 
-TEST_CASE("make_descriptor_base refuses what cannot be compared") {
+TEST_CASE("make_descriptor_base: descriptors that cannot be compared are refused") {
   const std::vector<float> six(6, 1.0f), five(5, 1.0f),
       bad{1.0f, std::numeric_limits<float>::quiet_NaN(), 0.0f};
   const DescriptorBlock uneven[] = {{six, 2}, {six, 3}}, cut[] = {{five, 2}}, broken[] = {{bad, 3}};

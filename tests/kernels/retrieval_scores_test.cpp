@@ -98,7 +98,7 @@ void check_equal(const RetrievalScores& found, const ListScores& expected, doubl
 
 }  // namespace
 
-TEST_CASE("score_query by hand: hits at ranks 1, 3 and 4 of 5") {
+TEST_CASE("score_query: by hand, hits at ranks 1, 3 and 4 of 5") {
   // Row 0 is the query, of class 0 with rows 1, 3, 4.
   const std::vector<std::uint32_t> labels{0, 0, 1, 0, 0, 1};
   const std::vector<float> distances{0, 1, 2, 3, 4, 5};
@@ -116,7 +116,7 @@ TEST_CASE("score_query by hand: hits at ranks 1, 3 and 4 of 5") {
   CHECK(s.precision[19] == Approx(3.0 / 4));
 }
 
-TEST_CASE("score_query by hand: a tie of a hit and a miss at the front counts half") {
+TEST_CASE("score_query: by hand, a tie of a hit and a miss at the front counts half") {
   const std::vector<std::uint32_t> labels{0, 0, 1, 1};
   const RetrievalTask task = make_retrieval_task(labels, 2);
   const QueryScores q = score_query(task, 0, std::vector<float>{0, 2, 2, 9});
@@ -136,7 +136,7 @@ TEST_CASE("score_query by hand: a tie of a hit and a miss at the front counts ha
             .scores.nearest_neighbour == 0);
 }
 
-TEST_CASE("score_query agrees with the mean over all orders of the rows") {
+TEST_CASE("score_query: agrees with the mean over all orders of the rows") {
   std::mt19937_64 random(4);
   for (int trial = 0; trial < 12; ++trial) {
     const std::size_t n = 8;
@@ -153,7 +153,7 @@ TEST_CASE("score_query agrees with the mean over all orders of the rows") {
   }
 }
 
-TEST_CASE("score_query agrees with random orders of larger lists, and exactly where nothing is level") {
+TEST_CASE("score_query: agrees with random orders of larger lists, exactly without ties", "[statistics]") {
   std::mt19937_64 random(5);
   for (const bool ties : {false, true}) {
     const std::size_t n = 90;
@@ -171,7 +171,7 @@ TEST_CASE("score_query agrees with random orders of larger lists, and exactly wh
   }
 }
 
-TEST_CASE("psb_compat: lists with ties are those sorted by distance, then row") {
+TEST_CASE("psb_compat: lists with ties are sorted by distance, then row") {
   std::mt19937_64 random(6);
   std::vector<std::uint32_t> labels;
   std::vector<float> distances;
@@ -185,7 +185,7 @@ TEST_CASE("psb_compat: lists with ties are those sorted by distance, then row") 
                 1e-12);
 }
 
-TEST_CASE("a large base of equal rows: expected scores have closed forms") {
+TEST_CASE("score_query: a large base of equal rows has closed-form expected scores") {
   // n - 1 rows level, r of them hits: every place is a hit with probability r / (n - 1).
   const std::size_t n = 30001, r = 300;
   std::vector<std::uint32_t> labels(n, 1);

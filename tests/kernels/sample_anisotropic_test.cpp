@@ -156,7 +156,7 @@ TEST_CASE("anisotropic sampling: the same samples for every number of threads") 
   }
 }
 
-TEST_CASE("anisotropic sampling: a moved, turned and scaled model has the same samples") {
+TEST_CASE("anisotropic sampling: invariant to moving, rotating and scaling the model") {
   const PolygonMesh ball = bumpy_ball();
   for (const AlignmentForm form : forms) {
     INFO(form_name(form));
@@ -196,7 +196,7 @@ TEST_CASE("anisotropic sampling: a moved, turned and scaled model has the same s
   CHECK(same >= 990);
 }
 
-TEST_CASE("anisotropic sampling: regions hold their share of the integral of 1 / (s1 s2)") {
+TEST_CASE("anisotropic sampling: regions get their share of the integral of 1 / (s1 s2)") {
   const PolygonMesh mesh = merged(torus(48, 24), moved(torus(30, 16), 0.5, 4, 0, 0));
   for (const AlignmentForm form : forms) {
     INFO(form_name(form));
@@ -234,7 +234,7 @@ TEST_CASE("anisotropic sampling: regions hold their share of the integral of 1 /
   }
 }
 
-TEST_CASE("anisotropic sampling: the isotropic tensor gives samples as good as those of conformal") {
+TEST_CASE("anisotropic sampling: the isotropic tensor gives samples as good as conformal") {
   const SampleParameters conformal = parameters_for("conformal");
   ChartedModel plain = charted(torus(60, 36), conformal),
                equal = charted(torus(60, 36), anisotropic(TensorKind::isotropic));
@@ -246,8 +246,7 @@ TEST_CASE("anisotropic sampling: the isotropic tensor gives samples as good as t
   CHECK(equal.state.segments.report.accepted_share == 1);
 }
 
-TEST_CASE(
-    "anisotropic sampling: lifted samples define the frame of pointnet, and spacings are in its units") {
+TEST_CASE("anisotropic sampling: lifted samples define the pointnet frame, and spacings are in its units") {
   SampleParameters parameters = anisotropic();
   parameters.samples = 500;
   parameters.curved = true;
@@ -325,7 +324,7 @@ TEST_CASE("anisotropic sampling: stored directions and spacings are those of the
   }
 }
 
-TEST_CASE("anisotropic sampling: a density of the user multiplies that of the tensor") {
+TEST_CASE("anisotropic sampling: a user density multiplies that of the tensor") {
   PolygonMesh mesh = grid_plane(32, 32);
   ScalarAttribute weight{"weight", {}};
   for (const double x : mesh.x) weight.values.push_back(1 + 3 * x);
@@ -364,7 +363,7 @@ TEST_CASE("anisotropic sampling: a density of the user multiplies that of the te
   }
 }
 
-TEST_CASE("anisotropic sampling: attributes of the file are tensors, as a table is") {
+TEST_CASE("anisotropic sampling: file attributes can be tensors, like a table") {
   PolygonMesh mesh = torus(24, 12);
   // Turned by other angles everywhere: on a symmetric mesh the last bits of tensors decide where it is cut.
   for (std::size_t v = 0; v < mesh.vertex_count(); ++v) {
@@ -437,9 +436,7 @@ TEST_CASE("anisotropic sampling: geodesic descriptors do not depend on segments"
   }
 }
 
-TEST_CASE(
-    "anisotropic sampling: a tensor that is not there has a status of its own, one that is no tensor is "
-    "unreadable") {
+TEST_CASE("anisotropic sampling: a missing tensor has its own status, an invalid one is unreadable") {
   SampleParameters parameters = anisotropic(TensorKind::vertex_attribute);
   parameters.tensor.attribute = "grain";
   parameters.samples = 50;
@@ -457,7 +454,7 @@ TEST_CASE(
   CHECK_FALSE(length.report.reason.empty());
 }
 
-TEST_CASE("anisotropic sampling: spacings so different that segments have no finite chart are sampled") {
+TEST_CASE("anisotropic sampling: spacings so extreme that segments have no finite chart are sampled") {
   const PolygonMesh mesh = grid_plane(20, 20);
   TensorTable table;
   for (const double x : mesh.x) {

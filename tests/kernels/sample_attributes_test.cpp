@@ -58,7 +58,7 @@ TEST_CASE("sample_attribute: a linear function of the position is reproduced at 
   }
 }
 
-TEST_CASE("sample_attribute: an attribute of faces is that of the face, and vertices go before faces") {
+TEST_CASE("sample_attribute: a face attribute is that of the face, and vertices take precedence") {
   PolygonMesh mesh = cube();
   mesh.face_attributes = {{"number", face_numbers(mesh)}, {"both", face_numbers(mesh)}};
   mesh.vertex_attributes = {{"both", std::vector<double>(mesh.vertex_count(), -7)}};
@@ -75,7 +75,7 @@ TEST_CASE("sample_attribute: an attribute of faces is that of the face, and vert
   CHECK(sample_attribute(mesh, {"both", 1}, row.samples).values[0] == 3);
 }
 
-TEST_CASE("sample_attribute: a vector is made of attributes with numbers, or with letters, behind its name") {
+TEST_CASE("sample_attribute: a vector consists of attributes with numbers or letters after its name") {
   PolygonMesh mesh = cube();
   const auto constant = [&](double value) { return std::vector<double>(mesh.vertex_count(), value); };
   mesh.vertex_attributes = {{"n_2", constant(12)}, {"n_0", constant(10)}, {"n_1", constant(11)},
@@ -100,7 +100,8 @@ TEST_CASE("sample_attribute: a vector is made of attributes with numbers, or wit
   }
 }
 
-TEST_CASE("sample_attribute: what is missing, not finite or too large is NaN in all numbers of the sample") {
+TEST_CASE(
+    "sample_attribute: missing, non-finite or too large values are NaN in all components of the sample") {
   PolygonMesh mesh = cube();
   std::vector<double> holed = face_numbers(mesh), huge = holed, infinite = holed, second = holed;
   holed[2] = not_there;
@@ -131,7 +132,7 @@ TEST_CASE("sample_attribute: what is missing, not finite or too large is NaN in 
   check({"absent", 3}, [](std::uint32_t) { return true; });
 }
 
-TEST_CASE("sample_attribute: integers of vertices are those of the corner with the largest weight") {
+TEST_CASE("sample_attribute: integers at vertices are those of the corner with the largest weight") {
   PolygonMesh mesh = icosphere(1);
   std::vector<double> numbers;
   for (std::size_t v = 0; v < mesh.vertex_count(); ++v) numbers.push_back(static_cast<double>(v * v));
@@ -161,7 +162,7 @@ TEST_CASE("sample_attribute: integers of vertices are those of the corner with t
   }
 }
 
-TEST_CASE("sample_attribute: of corners with equal weights the first one's class is taken") {
+TEST_CASE("sample_attribute: among corners with equal weights the first one's class is taken") {
   PolygonMesh mesh = polygon_mesh({0, 0, 0, 1, 0, 0, 0, 1, 0}, {{0, 1, 2}});
   mesh.vertex_attributes = {{"label", {7, 8, 9}, true}};
   Samples samples;
@@ -173,7 +174,7 @@ TEST_CASE("sample_attribute: of corners with equal weights the first one's class
   CHECK(made.classes == std::vector<std::int32_t>{8, 9, 7, 7});
 }
 
-TEST_CASE("sample_attribute: what no class can hold is none, and counted") {
+TEST_CASE("sample_attribute: values that no class can hold are missing, and counted") {
   PolygonMesh mesh = cube();
   const double largest = 2147483647;
   mesh.face_attributes = {{"n", {largest, largest + 1, -largest - 1, -largest - 2, 0.5, not_there}, true},
@@ -202,7 +203,7 @@ TEST_CASE("sample_attribute: what no class can hold is none, and counted") {
   }
 }
 
-TEST_CASE("sample_coordinates: beside a seam each polygon has its own coordinates") {
+TEST_CASE("sample_coordinates: at a seam each polygon has its own coordinates") {
   // Two quads side by side over x in [0, 2]; the right one begins again at u = 0 and is laid upside down.
   PolygonMesh mesh =
       polygon_mesh({0, 0, 0, 1, 0, 0, 2, 0, 0, 0, 1, 0, 1, 1, 0, 2, 1, 0}, {{0, 1, 4, 3}, {1, 2, 5, 4}});
@@ -232,7 +233,7 @@ TEST_CASE("sample_coordinates: beside a seam each polygon has its own coordinate
   CHECK(sample_coordinates(mesh, row.samples).lacks_some);
 }
 
-TEST_CASE("sample_coordinates: a polygon of many corners") {
+TEST_CASE("sample_coordinates: a polygon with many corners is triangulated") {
   constexpr std::uint32_t sides = 200;
   std::vector<double> xyz;
   std::vector<std::uint32_t> polygon;
@@ -255,7 +256,7 @@ TEST_CASE("sample_coordinates: a polygon of many corners") {
 }
 
 TEST_CASE(
-    "Sampler: attributes and texture coordinates are columns of the row, with a bit for what is missing") {
+    "Sampler: attributes and texture coordinates are columns of the row, with a bit for missing values") {
   PolygonMesh mesh = cube();
   mesh.vertex_attributes = {{"f", linear_values(mesh)}};
   SampleParameters parameters = parameters_for("auto");
@@ -271,7 +272,7 @@ TEST_CASE(
   CHECK(row.samples.points == sampled_row(mesh).samples.points);
 }
 
-TEST_CASE("Sampler: columns of classes stand beside those of numbers, and bad values are counted") {
+TEST_CASE("Sampler: class columns stand next to numeric ones, and invalid values are counted") {
   PolygonMesh mesh = cube();
   mesh.face_attributes = {{"a", {1, 2, 3, 4, 5, 1e12}, true}, {"c", face_numbers(mesh), true}};
   SampleParameters parameters = parameters_for("auto");
@@ -288,7 +289,7 @@ TEST_CASE("Sampler: columns of classes stand beside those of numbers, and bad va
   CHECK(row.report.repairs[Repair::bad_attributes] == 1);
 }
 
-TEST_CASE("validate: at most 32 columns are chosen, of widths from 1 to 4") {
+TEST_CASE("validate: allows at most 32 columns, of widths from 1 to 4") {
   SampleParameters parameters;
   for (int i = 0; i < 32; ++i) parameters.attributes.push_back({"a" + std::to_string(i), 1});
   CHECK(validate(parameters).empty());

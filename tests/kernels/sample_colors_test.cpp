@@ -42,7 +42,7 @@ Model sampled(PolygonMesh mesh, std::uint32_t samples) {
 
 }  // namespace
 
-TEST_CASE("sample_colors: displayed colours of vertices are interpolated and rounded") {
+TEST_CASE("sample_colors: displayed colors of vertices are interpolated and rounded") {
   PolygonMesh mesh;
   mesh.colors.vertex = {1, 0, 0, 0, 1, 0, 0, 0, 1};
   const SampleColors made = sample_colors(mesh, samples_at({0, 0, 1, 0, 0, 1, .25f, .25f}));
@@ -53,7 +53,7 @@ TEST_CASE("sample_colors: displayed colours of vertices are interpolated and rou
   CHECK(sample_colors(mesh, samples_at({.5f, .25f})).rgb == Rgb{255, 0, 128});
 }
 
-TEST_CASE("sample_colors: a corner without a colour, a polygon without one, and neither") {
+TEST_CASE("sample_colors: a corner without a color, a polygon without one, and neither") {
   PolygonMesh mesh;
   mesh.colors.vertex = {1, 0, 0, none, none, none, 0, 0, 1};
   mesh.colors.face = {0, .2f, 1};
@@ -71,7 +71,7 @@ TEST_CASE("sample_colors: a corner without a colour, a polygon without one, and 
   CHECK(sample_colors(mesh, samples_at({.25f, .25f})).fills == 1);
 }
 
-TEST_CASE("sample_colors: linear colours are multiplied and displayed as sRGB") {
+TEST_CASE("sample_colors: linear colors are multiplied and displayed as sRGB") {
   PolygonMesh mesh;
   mesh.colors.linear = true;
   mesh.colors.vertex = {.5f, 1, 0, .5f, 1, 0, .5f, 1, 0};
@@ -83,7 +83,7 @@ TEST_CASE("sample_colors: linear colours are multiplied and displayed as sRGB") 
   CHECK(sample_colors(mesh, samples_at({0, 0})).rgb == Rgb{188, 7, 255});
 }
 
-TEST_CASE("sample_colors: the halves of a sphere keep their colours along the seam") {
+TEST_CASE("sample_colors: the halves of a sphere keep their colors along the seam") {
   PolygonMesh sphere = icosphere(3);
   for (std::size_t p = 0; p < sphere.polygon_count(); ++p) {
     double height = 0;
@@ -110,7 +110,7 @@ TEST_CASE("sample_colors: the halves of a sphere keep their colours along the se
   CHECK(red < 2100);
 }
 
-TEST_CASE("sample_colors: the mean of 10000 samples is the integral over the surface") {
+TEST_CASE("sample_colors: the mean of 10,000 samples is the integral over the surface") {
   // Red is (1 + x) / 2 and green y^2 at the vertices of a square plate [-1, 1]^2 of fine cells, blue is 0.75.
   PolygonMesh plate = grid_plane(64, 64, 2, 2);
   double low_x = 1e9, low_y = 1e9;
@@ -134,7 +134,7 @@ TEST_CASE("sample_colors: the mean of 10000 samples is the integral over the sur
   CHECK(sums[2] / 10000 == Approx(191 / 255.0).margin(1e-12));
 }
 
-TEST_CASE("sample_colors: colours do not move the points, and without them there are none") {
+TEST_CASE("sample_colors: colors do not move the points, and without the option there are none") {
   PolygonMesh mesh = torus(12, 8);
   SampleParameters parameters = parameters_for("auto");
   parameters.samples = 128;

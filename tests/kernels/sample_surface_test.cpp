@@ -226,7 +226,7 @@ TEST_CASE("sample_surface: spaced samples keep their distance, uniform and by a 
     }
 }
 
-TEST_CASE("sample_surface: areas of sphere, torus and planes") {
+TEST_CASE("sample_surface: areas of sphere, torus and planes are exact") {
   CHECK(sample("sphere", parameters_for(10)).area == Approx(4 * pi).epsilon(1e-9));
   CHECK(sample("torus", parameters_for(10)).area == Approx(4 * pi * pi * 0.5).epsilon(1e-9));
   CHECK(sample("plane", parameters_for(10)).area == Approx(1).epsilon(1e-12));
@@ -240,7 +240,7 @@ TEST_CASE("sample_surface: areas of sphere, torus and planes") {
   }
 }
 
-TEST_CASE("sample_surface: measures of densities, smooth, narrow, bent and vanishing") {
+TEST_CASE("sample_surface: integrals of smooth, narrow, bent and vanishing densities") {
   const auto measure = [](const char* text) { return sample("plane", with_expression(500, text)).measure; };
   CHECK(measure("x2y2") == Approx(1.0 / 9).epsilon(1e-6));
   CHECK(measure("cos10") == Approx(1 + 0.16583475942188740493).epsilon(1e-4));  // Si(10) / 10
@@ -250,7 +250,7 @@ TEST_CASE("sample_surface: measures of densities, smooth, narrow, bent and vanis
   CHECK(measure("1/sqrt(x + 0.0001)") == Approx(2 * (std::sqrt(1.0001) - 0.01)).epsilon(1e-3));
 }
 
-TEST_CASE("sample_surface: the leaves are a curve with the right masses") {
+TEST_CASE("sample_surface: the leaves form a curve with the right masses") {
   for (const char* name : {"torus", "eight"})
     for (const CurveKind kind : {CurveKind::hilbert, CurveKind::peano, CurveKind::peano_meander})
       for (const bool warp : {false, true}) {
@@ -316,7 +316,7 @@ TEST_CASE("sample_surface: samples follow the curve, each in its own leaf") {
   }
 }
 
-TEST_CASE("sample_surface: at curve vertices the points are leaf centres, 64 leaves a sample") {
+TEST_CASE("sample_surface: at curve vertices the points are leaf centers, 64 leaves per sample") {
   SurfaceSampleParameters p = parameters_for(50);
   p.place = PlaceKind::vertex;
   const auto surface = make_surface("sphere");
@@ -329,7 +329,7 @@ TEST_CASE("sample_surface: at curve vertices the points are leaf centres, 64 lea
     CHECK(centres.count({samples.uv[2 * i], samples.uv[2 * i + 1]}) == 1);
 }
 
-TEST_CASE("sample_surface: the same bytes again, on any number of threads, another seed differs") {
+TEST_CASE("sample_surface: the same bytes again, on any number of threads, and another seed differs") {
   const auto surface = make_surface("klein-bottle");
   SurfaceSampleParameters p = with_expression(20000, "1 + x^2");
   const auto run = [&] { return sample_surface(*surface, p); };
@@ -397,7 +397,7 @@ TEST_CASE("sample_surface: no bias on torus and eight, uniform and by curvature,
   }
 }
 
-TEST_CASE("sample_surface: no bias by an expression that has kinks and zeros") {
+TEST_CASE("sample_surface: no bias for an expression with kinks and zeros") {
   const auto surface = make_surface("torus");
   SurfaceSampleParameters p = with_expression(10000, "max(0, sin(7*x + 3*y))");
   p.sequence = SequenceKind::random;
@@ -407,7 +407,7 @@ TEST_CASE("sample_surface: no bias by an expression that has kinks and zeros") {
   CHECK(chi_square_test(cell_counts(*surface, p, 8), expected).p_value > 1e-3);
 }
 
-TEST_CASE("sample_surface: a height field, with its kinks") {
+TEST_CASE("sample_surface: no bias on a height field, with its kinks") {
   std::vector<float> heights(12 * 9);
   for (std::size_t k = 0; k < heights.size(); ++k)
     heights[k] = static_cast<float>(0.3 * std::sin(0.9 * static_cast<double>(k % 12)) *
@@ -424,7 +424,7 @@ TEST_CASE("sample_surface: a height field, with its kinks") {
   }
 }
 
-TEST_CASE("sample_surface: the density at the samples integrates") {
+TEST_CASE("sample_surface: the density at the samples integrates correctly") {
   // E[1 / density] = area / measure.
   for (const SurfaceDensityKind kind :
        {SurfaceDensityKind::mean, SurfaceDensityKind::gaussian, SurfaceDensityKind::max}) {
@@ -443,7 +443,7 @@ TEST_CASE("sample_surface: the density at the samples integrates") {
   CHECK(sample("stretched-plane", p).measure == Approx(1));
 }
 
-TEST_CASE("sample_surface: one sample per stratum makes a lower error than chance") {
+TEST_CASE("sample_surface: one sample per stratum has a lower error than random") {
   // Counts in 208 cells: the variance of stratified sets is far below the multinomial one.
   const auto surface = make_surface("torus");
   const auto expected = cell_measures(*surface, [](const SurfaceJet&) { return 1.0; });
@@ -452,7 +452,7 @@ TEST_CASE("sample_surface: one sample per stratum makes a lower error than chanc
   CHECK(stratified < 0.5 * static_cast<double>(cells_u * cells_v));
 }
 
-TEST_CASE("sample_surface: what cannot be sampled says why") {
+TEST_CASE("sample_surface: a surface that cannot be sampled says why") {
   const auto plane = make_surface("plane");
   std::string reason;
   CHECK(status_of(*plane, with_expression(10, "0*x")) == Status::zero_density);

@@ -15,7 +15,7 @@
 using namespace meander;
 using namespace meander::test;
 
-TEST_CASE("mesh_integrands: the exact means are those of many points at the same places") {
+TEST_CASE("mesh_integrands: the exact means match many points at the same places") {
   const PreparedMesh mesh = prepare_mesh(moved(torus(24, 12), 1, 3, 2, 1));
   // Each triangle in n^2 equal parts, a point in the middle of each, weighted by the triangle's area.
   constexpr int n = 12;
@@ -41,7 +41,7 @@ TEST_CASE("mesh_integrands: the exact means are those of many points at the same
   CHECK(mean_estimate(integrands[1].values, density) == Approx(integrands[1].mean).margin(0.01));
 }
 
-TEST_CASE("plane_integrands: the standard ones, and the grid of the unit square integrates them") {
+TEST_CASE("plane_integrands: equal the standard ones, and the grid of the unit square integrates them") {
   const std::vector<double> grid = unit_square_grid(9900);
   REQUIRE(grid.size() == 3 * 100 * 100);
   std::vector<double> x, y;
@@ -58,8 +58,7 @@ TEST_CASE("plane_integrands: the standard ones, and the grid of the unit square 
   }
 }
 
-TEST_CASE(
-    "add_random_surface_differences: one seed gives one map, whose level is that of independent points") {
+TEST_CASE("add_random_surface_differences: one seed gives one map, at the level of independent points") {
   const PreparedMesh mesh = prepare_mesh(icosphere(3));
   DifferenceMap map = make_difference_map(), again = make_difference_map();
   add_random_surface_differences(map, mesh, 2000, 7, 2);

@@ -264,17 +264,17 @@ TEST_CASE("sampling quality: limits on the shared meshes", "[slow]") {
   for (const double sum : over_best) CHECK(sum / std::size(limits) <= 1.01);
 }
 
-TEST_CASE("sampling quality: prefixes on the shared meshes, direct", "[slow]") {
+TEST_CASE("sampling quality: prefixes on the shared meshes are good, direct", "[slow]") {
   MEANDER_NEEDS_SHARED_DATA();
   check_shared_prefixes(MethodChoice::direct);
 }
 
-TEST_CASE("sampling quality: prefixes on the shared meshes, auto", "[slow]") {
+TEST_CASE("sampling quality: prefixes on the shared meshes are good, auto", "[slow]") {
   MEANDER_NEEDS_SHARED_DATA();
   check_shared_prefixes(MethodChoice::automatic);
 }
 
-TEST_CASE("sampling quality: prefixes on the shared meshes, conformal", "[slow]") {
+TEST_CASE("sampling quality: prefixes on the shared meshes are good, conformal", "[slow]") {
   MEANDER_NEEDS_SHARED_DATA();
   check_shared_prefixes(MethodChoice::conformal);
 }

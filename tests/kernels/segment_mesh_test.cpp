@@ -163,7 +163,7 @@ TEST_CASE("split_into_segments: one label gives the same mesh") {
   }
 }
 
-TEST_CASE("split_into_segments: any labels whatever") {
+TEST_CASE("split_into_segments: any labels give valid segments") {
   for (const PolygonMesh& polygons :
        {torus(20, 12), icosphere(2), grid_plane(12, 9), slab_with_tunnels(2), moebius_strip(15)}) {
     const PreparedMesh mesh = prepare_mesh(polygons);
@@ -176,7 +176,7 @@ TEST_CASE("split_into_segments: any labels whatever") {
   }
 }
 
-TEST_CASE("split_into_segments: a vertex that one segment touches with two fans is two") {
+TEST_CASE("split_into_segments: a vertex with two fans of one segment is split") {
   // Two opposite pairs of the six triangles round the middle of a grid: one label, two fans, joined outside
   // by the rest of the sheet.
   const PreparedMesh mesh = prepare_mesh(grid_plane(6, 6));
@@ -201,7 +201,7 @@ TEST_CASE("split_into_segments: a vertex that one segment touches with two fans 
   for (const Component& c : split.mesh.components) cut_to_disk(split.mesh, c, {});
 }
 
-TEST_CASE("split_into_segments: bands round a torus are annuli, the torus less a disk has genus 1") {
+TEST_CASE("split_into_segments: bands around a torus are annuli, the torus minus a disk has genus 1") {
   const PreparedMesh mesh = prepare_mesh(torus(24, 10));
   std::vector<std::uint32_t> band(mesh.triangle_count()), disk(mesh.triangle_count(), 0);
   for (std::uint32_t t = 0; t < band.size(); ++t) band[t] = t / 20 / 6;  // six rows of 20 each
@@ -222,7 +222,7 @@ TEST_CASE("split_into_segments: bands round a torus are annuli, the torus less a
   CHECK(punched.mesh.components[1 - larger].genus == 0);
 }
 
-TEST_CASE("tidy_segments: parts apart become segments, small ones join along the longest boundary") {
+TEST_CASE("tidy_segments: disconnected parts become segments, small ones join along the longest boundary") {
   const PreparedMesh mesh = prepare_mesh(grid_plane(12, 4, 12, 4));
   const std::vector<double> length = euclidean_lengths(mesh);
   const auto cell = [](std::uint32_t x, std::uint32_t y) { return 2 * (12 * y + x); };
@@ -292,7 +292,7 @@ TEST_CASE("segment_mesh: every segment of a torus, a double torus and open sheet
   }
 }
 
-TEST_CASE("segment_mesh: one segment for every component gives the same mesh") {
+TEST_CASE("segment_mesh: one segment per component gives the same mesh") {
   const PreparedMesh mesh = prepare_mesh(merged(torus(12, 8), moved(icosphere(1), 1, 4, 1, 0)));
   const SegmentedMesh split = segment_mesh(mesh, round_field(mesh), {1, 20, {}});
   CHECK(split.mesh.triangles == mesh.triangles);
@@ -303,7 +303,7 @@ TEST_CASE("segment_mesh: one segment for every component gives the same mesh") {
   CHECK_THROWS_AS(tidy_segments(mesh, euclidean_lengths(mesh), 20, short_label), std::invalid_argument);
 }
 
-TEST_CASE("segment_mesh: segments of the smaller meshes of the papers") {
+TEST_CASE("segment_mesh: the smaller meshes of the papers can be segmented") {
   MEANDER_NEEDS_SHARED_DATA();
   for (const char* name : {"eight.off", "eight_hole.off", "hand_3k.off", "knot.obj", "venus_1k_open.off",
                            "chineselion_8k.stl", "fandisk.off", "squirrel_20k_nonmanifold.off"}) {
@@ -313,7 +313,7 @@ TEST_CASE("segment_mesh: segments of the smaller meshes of the papers") {
   }
 }
 
-TEST_CASE("segment_mesh: segments of all meshes of the papers", "[slow]") {
+TEST_CASE("segment_mesh: all meshes of the papers can be segmented", "[slow]") {
   MEANDER_NEEDS_SHARED_DATA();
   for (const auto& entry : std::filesystem::directory_iterator(shared_data("paper"))) {
     INFO(entry.path());
@@ -395,7 +395,7 @@ TEST_CASE("bisect_component: a side that the walk leaves too small grows to a qu
   CHECK(split_into_segments(mesh, label).mesh.components.size() == 2);
 }
 
-TEST_CASE("bisect_components: repeated bisection ends in small connected pieces of the named components") {
+TEST_CASE("bisect_components: repeated bisection ends in small connected pieces of the given components") {
   const PreparedMesh start = prepare_mesh(merged(torus(24, 12), moved(icosphere(2), 1, 4, 1, 0)));
   const TriangleSteps first = triangle_steps(start, field_along(start, {0, 0, 1}, 5));
   SegmentedMesh now = split_into_segments(start, std::vector<std::uint32_t>(start.triangle_count(), 0));

@@ -31,7 +31,7 @@ std::vector<float> random_values(std::size_t count, std::uint64_t seed) {
 
 }  // namespace
 
-TEST_CASE("score_combinations: each is what a base of its blocks alone gives, to the bit") {
+TEST_CASE("score_combinations: each equals a base of its blocks alone, bit for bit") {
   const std::size_t n = 300;  // more than are summed at once, and more pairs than are drawn for scales
   const std::vector<float> a = random_values(n * 5, 1), b = random_values(n * 20, 2), c = random_values(n, 3);
   const std::vector<DescriptorBlock> blocks{{a, 5}, {b, 20}, {c, 1}};
@@ -77,7 +77,7 @@ TEST_CASE("score_combinations: each is what a base of its blocks alone gives, to
   for (std::size_t s = 0; s < combinations.size(); ++s) check_same(alone[s].micro, together[s].micro);
 }
 
-TEST_CASE("leave_one_class_out by hand") {
+TEST_CASE("leave_one_class_out: a case by hand") {
   // Of class A (rows 0, 1), B (2, 3), C (4, 5, 6), E of one model. Under p, A and C find themselves and B
   // finds A; under q, only B finds itself.
   const std::vector<float> p{0, 0.1f, 5, -5, 100, 100.1f, 100.2f, 1000};
@@ -112,7 +112,7 @@ TEST_CASE("leave_one_class_out by hand") {
   CHECK(other.scores.by_class[2].nearest_neighbour == 0);
 }
 
-TEST_CASE("criteria and what cannot be chosen") {
+TEST_CASE("criteria: follow their definitions, and impossible choices are refused") {
   RetrievalScores scores;
   scores.nearest_neighbour = 0.5;
   scores.first_tier = 0.25;
@@ -234,7 +234,7 @@ TEST_CASE("learn_weights: no single weight of the grid is better, and noise gets
   }
 }
 
-TEST_CASE("learn_weights: a class has no say in what is learnt without it") {
+TEST_CASE("learn_weights: a class has no influence on weights learned without it") {
   // What tells class 2 from the others is the noise: were its queries counted, the noise would be wanted.
   Told told(7);
   for (std::size_t i = 0; i < told.labels.size(); ++i)

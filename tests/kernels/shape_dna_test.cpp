@@ -88,12 +88,12 @@ TEST_CASE("shape DNA: spheres have l (l + 1), 2 l + 1 times, whatever their tria
   CHECK(largest_ratio(values_of(icosphere(4), 150), expected) < 0.05);
 }
 
-TEST_CASE("shape DNA: two components are as many spectra in one") {
+TEST_CASE("shape DNA: two components give the union of their spectra") {
   const PolygonMesh two = merged(icosphere(4), moved(icosphere(4), 1, 5, 0, 0));
   CHECK(largest_ratio(values_of(two), of_spheres(2)) < 0.01);
 }
 
-TEST_CASE("shape DNA: kept by place, direction, size, handedness, winding, triangles and samples") {
+TEST_CASE("shape DNA: invariant to motion, size, handedness, winding, triangles and samples") {
   const PolygonMesh ring = torus(50, 30);
   const std::vector<float> reference = values_of(ring);
   PolygonMesh mirrored = ring;
@@ -129,7 +129,7 @@ TEST_CASE("shape DNA: NaN where the topology needs too many vertices") {
   CHECK(std::all_of(found.begin(), found.end(), [](float value) { return std::isnan(value); }));
 }
 
-TEST_CASE("shape DNA: a passed deadline ends the work") {
+TEST_CASE("shape DNA: an expired deadline ends the work") {
   CancelToken late;
   late.deadline = std::chrono::steady_clock::time_point::min();
   CHECK_THROWS_AS(values_of(icosphere(3), 1024, 1, late), ItemError);

@@ -79,7 +79,7 @@ double mean_of(const std::vector<double>& values) {
 
 }  // namespace
 
-TEST_CASE("shape functions of random tuples converge to those of all tuples") {
+TEST_CASE("shape functions: those of random tuples converge to those of all tuples") {
   const std::vector<float> points = random_points(30);
   for (const ShapeFunction function :
        {ShapeFunction::angle, ShapeFunction::triangle, ShapeFunction::tetrahedron}) {
@@ -93,7 +93,7 @@ TEST_CASE("shape functions of random tuples converge to those of all tuples") {
   }
 }
 
-TEST_CASE("tuples reach every point and never the same one twice") {
+TEST_CASE("tuples: reach every point and never the same one twice") {
   // Corners of a regular tetrahedron: every angle is pi / 3, every area and volume the same.
   const std::vector<float> corners = {1, 1, 1, 1, -1, -1, -1, 1, -1, -1, -1, 1};
   const ShapeFunctionParameters parameters{.bins = 32, .tuples = 1 << 12};
@@ -106,7 +106,7 @@ TEST_CASE("tuples reach every point and never the same one twice") {
   CHECK(mean(ShapeFunction::centroid) == Approx(std::sqrt(3.0)).epsilon(1e-12));
 }
 
-TEST_CASE("distances to the centroid are over all points") {
+TEST_CASE("shape functions: distances to the centroid are over all points") {
   const std::vector<float> points = random_points(500);
   Vector3 centroid;
   for (std::size_t i = 0; i < 500; ++i) centroid = centroid + (1.0 / 500) * at(points, i);
@@ -118,7 +118,7 @@ TEST_CASE("distances to the centroid are over all points") {
   CHECK(cumulative_error(histogram, values) < 1e-9);
 }
 
-TEST_CASE("shape functions do not depend on place, size, turn or threads") {
+TEST_CASE("shape functions: invariant to position, size, rotation and threads") {
   const std::vector<float> points = random_points(2048);
   std::vector<float> moved;
   for (std::size_t i = 0; i < 2048; ++i) {  // turned by 3-4-5
@@ -141,7 +141,7 @@ TEST_CASE("shape functions do not depend on place, size, turn or threads") {
   }
 }
 
-TEST_CASE("shape functions of flat sets and single spots, and what is refused") {
+TEST_CASE("shape functions: flat sets and single points work, invalid arguments are refused") {
   const std::vector<float> flat = random_points(100, 0);
   const ShapeHistogram volumes = shape_function_histogram(flat, ShapeFunction::tetrahedron, functions_key);
   CHECK(volumes.scale == 0);

@@ -18,7 +18,7 @@ ShapeMoments moments_of(const PolygonMesh& mesh) {
 
 }  // namespace
 
-TEST_CASE("moments of a cube are exact") {
+TEST_CASE("shape moments: exact for a cube") {
   const ShapeMoments m = moments_of(cube());
   CHECK(m.area == Approx(24).epsilon(1e-14));
   CHECK(m.closed);
@@ -42,7 +42,7 @@ TEST_CASE("moments of a cube are exact") {
   CHECK(basics[15] == Approx(std::sqrt(5.0 / 3) / d));
 }
 
-TEST_CASE("moments of a fine sphere and torus approach the closed forms") {
+TEST_CASE("shape moments: a fine sphere and torus approach the closed forms") {
   const double pi = std::numbers::pi, radius = 1.5;
   const ShapeMoments sphere = moments_of(icosphere(5, radius));
   CHECK(sphere.area == Approx(4 * pi * radius * radius).epsilon(1e-3));
@@ -60,7 +60,7 @@ TEST_CASE("moments of a fine sphere and torus approach the closed forms") {
   CHECK(torus_moments.principal_moments[2] == Approx(area * (R * R + 1.5 * r * r)).epsilon(2e-3));
 }
 
-TEST_CASE("moments of a triangle agree with its subdivision") {
+TEST_CASE("shape moments: a triangle agrees with its subdivision") {
   // Sums over many small triangles of one face: point masses at their centroids converge to the integrals.
   const Vector3 a{0.2, 0.1, 3}, b{1.5, -0.3, 2}, c{0.4, 2, 2.5};
   const int n = 256;
@@ -92,7 +92,7 @@ TEST_CASE("moments of a triangle agree with its subdivision") {
   CHECK(std::isnan(shape_basics(m)[9]));
 }
 
-TEST_CASE("moments move with the mesh") {
+TEST_CASE("shape moments: move with the mesh") {
   const PolygonMesh mesh = merged(cube(), moved(tetrahedron(), 0.7, 4, 1, 0.5));
   const ShapeMoments before = moments_of(mesh), after = moments_of(moved(mesh, 3, 100, -50, 20));
   CHECK(after.area == Approx(9 * before.area));
@@ -120,7 +120,7 @@ TEST_CASE("moments move with the mesh") {
   for (std::size_t k = 0; k < shape_basics_count; ++k) CHECK(same[k] == Approx(basics[k]).margin(1e-13));
 }
 
-TEST_CASE("only closed, oriented meshes have a volume") {
+TEST_CASE("shape moments: only closed, oriented meshes have a volume") {
   CHECK_FALSE(moments_of(grid_plane(3, 3)).closed);
   const PolygonMesh mesh = cube();
   std::vector<std::uint32_t> triangles = triangles_of(mesh);

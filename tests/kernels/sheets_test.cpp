@@ -42,7 +42,7 @@ TEST_CASE("separate_sheets: an overlapping end moves as a whole, the lighter one
   CHECK(separate_sheets(strip(10), mass, conflicts, heavy) == std::vector<std::uint8_t>(10, 0));
 }
 
-TEST_CASE("separate_sheets: a coil of k turns takes k sheets, and no more than are allowed") {
+TEST_CASE("separate_sheets: a coil of k turns takes k sheets, up to the limit") {
   constexpr std::uint32_t turn = 6;
   for (const std::uint32_t turns : {2u, 3u, 16u, 20u}) {
     const std::uint32_t n = turn * turns;
@@ -70,7 +70,7 @@ TEST_CASE("separate_sheets: regions that do not conflict share a sheet") {
   CHECK(sheet == expected);
 }
 
-TEST_CASE("ConflictSet: each pair once, in order, however often it is added") {
+TEST_CASE("ConflictSet: holds each pair once, in order, however often it is added") {
   std::mt19937 random(3);
   std::set<std::pair<std::uint32_t, std::uint32_t>> expected;
   ConflictSet set(300);
@@ -87,7 +87,7 @@ TEST_CASE("ConflictSet: each pair once, in order, however often it is added") {
   CHECK(set.take().empty());
 }
 
-TEST_CASE("ConflictSet: no more than are allowed of a chart that covers itself all over") {
+TEST_CASE("ConflictSet: holds at most the allowed number for a chart that overlaps itself everywhere") {
   constexpr std::uint32_t triangles = 3000;
   ConflictSet set(triangles);
   for (std::uint32_t a = 0; a < triangles; ++a)

@@ -105,7 +105,7 @@ std::vector<float> slow_version(const std::vector<float>& points) {
 
 }  // namespace
 
-TEST_CASE("spherical harmonics: degrees 0 to 2 are their polynomials") {
+TEST_CASE("spherical harmonics: degrees 0 to 2 equal their polynomials") {
   for (std::uint64_t i = 0; i < 20; ++i) {
     const Vector3 d = direction(i);
     const std::vector<double> values = spherical_harmonics(d, 2);
@@ -124,7 +124,7 @@ TEST_CASE("spherical harmonics: degrees 0 to 2 are their polynomials") {
   }
 }
 
-TEST_CASE("spherical harmonics: the addition theorem for two directions, the poles and degree 60 included") {
+TEST_CASE("spherical harmonics: the addition theorem for two directions, including the poles and degree 60") {
   std::vector<Vector3> directions = {{0, 0, 1}, {0, 0, -1}, {1, 0, 0}, {0, -1, 0}};
   for (std::uint64_t i = 0; i < 12; ++i) directions.push_back(direction(i));
   constexpr std::uint32_t highest = 60;
@@ -145,7 +145,7 @@ TEST_CASE("spherical harmonics: the addition theorem for two directions, the pol
   CHECK(values.size() == 16);
 }
 
-TEST_CASE("harmonics on shells: two opposite points have even degrees only") {
+TEST_CASE("shell harmonics: two opposite points have even degrees only") {
   // At the mean distance: 8 / 2.5 = 3.2 steps, so .8 of the mass is on shell 3 and .2 on shell 4.
   const std::vector<float> values = shell_harmonics(std::vector<float>{3, 4, 5, 1, 0, 1});
   for (std::size_t shell = 1; shell <= harmonic_shells; ++shell)
@@ -156,12 +156,12 @@ TEST_CASE("harmonics on shells: two opposite points have even degrees only") {
     }
 }
 
-TEST_CASE("harmonics on shells agree with sums of Legendre polynomials over all pairs") {
+TEST_CASE("shell harmonics: agree with sums of Legendre polynomials over all pairs") {
   CHECK(largest_difference(shell_harmonics(surface_of_box(150)), slow_version(surface_of_box(150))) < 1e-5);
   CHECK(largest_difference(shell_harmonics(surface_of_box(3)), slow_version(surface_of_box(3))) < 1e-5);
 }
 
-TEST_CASE("harmonics on shells: a uniform sphere has degree 0, the rest is the noise of its points") {
+TEST_CASE("shell harmonics: a uniform sphere has degree 0, the rest is noise of its points") {
   constexpr std::size_t n = 4000;
   std::vector<float> points;
   for (std::size_t i = 0; i < n; ++i) add(points, 3 * direction(i) + Vector3{1, 2, 3});
@@ -173,7 +173,7 @@ TEST_CASE("harmonics on shells: a uniform sphere has degree 0, the rest is the n
       CHECK(value(values, shell, l) < 4 * std::sqrt((2 * static_cast<double>(l) + 1) / n));
 }
 
-TEST_CASE("harmonics on shells do not change with place, direction, size, reflection and order") {
+TEST_CASE("shell harmonics: invariant to motion, size, reflection and order") {
   const std::vector<float> points = surface_of_box(800), reference = shell_harmonics(points);
   REQUIRE(reference.size() == shell_harmonic_values);
   const Rotation none = rotation_of(0, 0, 0, 1), turn = random_rotation(harmonics_key, Stream::point_set);
@@ -191,7 +191,7 @@ TEST_CASE("harmonics on shells do not change with place, direction, size, reflec
   CHECK(largest_difference(shell_harmonics(flat), reference) > 0.05);
 }
 
-TEST_CASE("harmonics on shells change continuously where a point crosses a shell") {
+TEST_CASE("shell harmonics: continuous where a point crosses a shell") {
   // Six points fix centroid and nearly the mean; two opposite ones cross shell 4 (at 1.25 x the mean).
   const auto with = [](double radius) {
     std::vector<float> points;
@@ -209,7 +209,7 @@ TEST_CASE("harmonics on shells change continuously where a point crosses a shell
   CHECK(across < 40 * step);
 }
 
-TEST_CASE("harmonics on shells of degenerate points, and what is refused") {
+TEST_CASE("shell harmonics: degenerate points work, invalid arguments are refused") {
   for (const float place : {0.0f, 0.1f, -3e38f}) {
     const std::vector<float> spot(3 * 7, place), one(3, place);
     for (const auto& points : {spot, one}) {

@@ -208,7 +208,7 @@ TEST_CASE("tensor_indices: sum to the Euler characteristic on closed surfaces, w
   }
 }
 
-TEST_CASE("tensor_indices: triangles without area do not spoil the sum") {
+TEST_CASE("tensor_indices: zero-area triangles do not change the sum") {
   // A tetrahedron with a vertex in the middle of one edge for one of its sides only: a triangle of no area
   // fills the gap.
   const PolygonMesh file = polygon_mesh({1, 1, 1, 1, -1, -1, -1, 1, -1, -1, -1, 1, 1, 0, 0},
@@ -219,7 +219,7 @@ TEST_CASE("tensor_indices: triangles without area do not spoil the sum") {
   check_sums(mesh, make_tensor_field(file, mesh, {}));
 }
 
-TEST_CASE("find_singularities: wedge and trisector in the plane, at their places") {
+TEST_CASE("find_singularities: a wedge and a trisector in the plane are found in place") {
   for (const int sign : {1, -1})
     for (const std::uint32_t n : {10u, 37u}) {
       const PreparedMesh mesh = prepare_mesh(grid_plane(n, n));
@@ -237,7 +237,7 @@ TEST_CASE("find_singularities: wedge and trisector in the plane, at their places
     }
 }
 
-TEST_CASE("find_singularities: a centre has index 1, a quadratic field index 1, a saddle index -1") {
+TEST_CASE("find_singularities: a center has index 1, a quadratic field index 1, a saddle index -1") {
   const PreparedMesh mesh = prepare_mesh(grid_plane(31, 31));
   const auto about = [&](double x, double y) { return std::pair{x - 0.513, y - 0.487}; };
   const TensorField centre = directed(mesh, [&](Vector3 p) {
@@ -254,7 +254,7 @@ TEST_CASE("find_singularities: a centre has index 1, a quadratic field index 1, 
   CHECK(find_singularities(mesh, constant, false).empty());
 }
 
-TEST_CASE("find_singularities: parallels of the sphere have two centres, the torus none") {
+TEST_CASE("find_singularities: parallels of the sphere have two centers, the torus none") {
   const PreparedMesh sphere = prepare_mesh(moved(icosphere(4), 1, 0, 0, 0));
   const Vector3 pole = unit({0.3, 0.5, 0.8});
   const TensorField parallels = directed(sphere, [&](Vector3 p) { return cross(pole, p); });
@@ -269,7 +269,7 @@ TEST_CASE("find_singularities: parallels of the sphere have two centres, the tor
   CHECK(find_singularities(ring, make_tensor_field(file, ring, {}), false).empty());
 }
 
-TEST_CASE("find_singularities: the four umbilics of an ellipsoid are wedges at their places") {
+TEST_CASE("find_singularities: the four umbilics of an ellipsoid are wedges in place") {
   const double a = 1.5, b = 1.1, c = 0.7;
   PolygonMesh file = icosphere(5);
   for (std::size_t i = 0; i < file.x.size(); ++i) {
@@ -292,7 +292,7 @@ TEST_CASE("find_singularities: the four umbilics of an ellipsoid are wedges at t
     }
 }
 
-TEST_CASE("find_singularities: isotropic regions keep only what the field around them turns") {
+TEST_CASE("find_singularities: isotropic regions keep only the rotation of the surrounding field") {
   const PreparedMesh mesh = prepare_mesh(grid_plane(40, 40));
   const auto field = [&](bool turning) {
     return planar(mesh, [&](double x, double y) {
@@ -316,7 +316,7 @@ TEST_CASE("find_singularities: isotropic regions keep only what the field around
              Vector3{0.51, 0.49, 0}) < 0.2);
 }
 
-TEST_CASE("connect_singularities: two wedges are joined, one goes to the boundary") {
+TEST_CASE("connect_singularities: two wedges are joined, one is connected to the boundary") {
   const PreparedMesh mesh = prepare_mesh(grid_plane(40, 40));
   // Deviators multiply like complex numbers: indices add.
   const auto pair = [&](double x, double y) {
@@ -347,7 +347,7 @@ TEST_CASE("connect_singularities: two wedges are joined, one goes to the boundar
   CHECK(connect_singularities(mesh, one, {}).empty());
 }
 
-TEST_CASE("connect_singularities: closed surfaces can be combed after the cuts and those of topology") {
+TEST_CASE("connect_singularities: closed surfaces can be combed after these cuts and those of topology") {
   int combed = 0;
   const PolygonMesh eight = double_torus(3);
   PolygonMesh egg = icosphere(3);

@@ -9,7 +9,7 @@
 
 using namespace meander;
 
-TEST_CASE("fit_slope: lines, residuals by hand, refusals") {
+TEST_CASE("fit_slope: lines, residuals by hand, and invalid input is refused") {
   std::vector<double> counts, errors;
   for (const std::uint32_t n : survey_counts(3072)) {
     counts.push_back(n);

@@ -63,7 +63,7 @@ constexpr SequenceKind spaced = SequenceKind::spaced, shifted = SequenceKind::sh
 
 }  // namespace
 
-TEST_CASE("spaced samples: nearer to each other nowhere, and of less error than shifted ones") {
+TEST_CASE("spaced samples: keep a larger min distance and a lower error than shifted ones", "[statistics]") {
   // Well above most_typical_triangles: with fewer, the cells of `shifted` are cut exactly, those of `spaced`
   // are not.
   for (const PolygonMesh& mesh : {icosphere(4), torus(68, 40)})
@@ -102,7 +102,7 @@ TEST_CASE("spaced samples: nearly unbiased", "[statistics]") {
         0.03);  // the measure's own error
 }
 
-TEST_CASE("spaced samples: counts of regions follow a density") {
+TEST_CASE("spaced samples: region counts follow a density") {
   PolygonMesh mesh = torus(48, 24);
   ScalarAttribute weight{"weight", {}};
   for (const double x : mesh.x) weight.values.push_back(x + 1.5);

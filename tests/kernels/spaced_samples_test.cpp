@@ -90,7 +90,7 @@ bool same(const SpacedSamples& a, const SpacedSamples& b) {
 
 }  // namespace
 
-TEST_CASE("room: distances and masses are those of a slow loop, with the same bits for all instructions") {
+TEST_CASE("room: distances and masses match a slow loop, with the same bits for all instruction sets") {
   for (const std::size_t places : {1u, 7u, 8u, 16u, 33u})
     for (const std::size_t points : {0u, 1u, 5u, 200u}) {
       const auto place = random_points(places, 1), point = random_points(points, 2);
@@ -119,7 +119,7 @@ TEST_CASE("room: distances and masses are those of a slow loop, with the same bi
     }
 }
 
-TEST_CASE("room: packed places come out at their steps") {
+TEST_CASE("room: packed places are recovered at their steps") {
   const std::vector<std::uint32_t> packed = {0, 1023, 1023u << 10, 1023u << 20, 512u << 20 | 7u << 10 | 3, 1,
                                              2, 3};
   for (const InstructionSet set : {InstructionSet::scalar, InstructionSet::avx2}) {
@@ -134,7 +134,7 @@ TEST_CASE("room: packed places come out at their steps") {
   }
 }
 
-TEST_CASE("StratumGrid: finds every box around a box, and around places apart, once") {
+TEST_CASE("StratumGrid: finds every box around a box, and around separate places, once") {
   std::mt19937 engine(3);
   std::uniform_real_distribution<float> uniform(0, 1);
   StratumGrid grid(0.1);
@@ -190,7 +190,7 @@ TEST_CASE("StratumGrid: finds every box around a box, and around places apart, o
   CHECK(neighbours > 1000);
 }
 
-TEST_CASE("space_samples: one sample in each stratum, by its element and its place in it") {
+TEST_CASE("space_samples: one sample per stratum, identified by element and place") {
   for (const bool linear : {false, true})
     for (const std::uint32_t n : {1u, 2u, 63u, 64u, 65u, 130u, 1000u}) {
       const StrataOfMesh strata(torus(24, 12), n, linear);
@@ -302,7 +302,7 @@ TEST_CASE("space_samples: the spacing follows the density") {
     }
 }
 
-TEST_CASE("space_samples: a metric makes neighbourhoods ellipses") {
+TEST_CASE("space_samples: a metric makes neighborhoods elliptical") {
   // A square whose metric is four times as long along x: samples keep four times the distance there.
   const std::uint32_t n = 2000;
   const StrataOfMesh strata(grid_plane(40, 40), n);
@@ -325,7 +325,7 @@ TEST_CASE("space_samples: a metric makes neighbourhoods ellipses") {
   CHECK(rho_of(s, n, strata.mesh.total_area) < 0.4);
 }
 
-TEST_CASE("space_samples: stacked sheets, one triangle and far components") {
+TEST_CASE("space_samples: stacked sheets, one triangle and distant components") {
   // 40 copies of one square: as many strata lie on each other as a stratum looks at.
   PolygonMesh stack = grid_plane(4, 4);
   const PolygonMesh sheet = stack;
@@ -383,7 +383,7 @@ TEST_CASE("space_samples: a mesh in other units has the same samples") {
   CHECK(same(a, b));
 }
 
-TEST_CASE("space_samples: stops when it is cancelled, refuses parameters out of range") {
+TEST_CASE("space_samples: stops when cancelled, and refuses parameters out of range") {
   const StrataOfMesh strata(torus(24, 12), 5000);
   const std::atomic<bool> stopped = true;
   CancelToken cancel;

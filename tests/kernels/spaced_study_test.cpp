@@ -251,7 +251,7 @@ void check_ellipses(ChartedModel& model, const std::string& name, std::uint32_t 
 
 }  // namespace
 
-TEST_CASE("spaced study: prefixes of a progressive set on a torus") {
+TEST_CASE("spaced study: prefixes of a progressive set on a torus", "[statistics]") {
   check_prefixes(torus(60, 40), "torus", "auto", 1024, 6);
 }
 
@@ -265,7 +265,7 @@ TEST_CASE("spaced study: prefixes of progressive sets on the meshes of the surve
     }
 }
 
-TEST_CASE("spaced study: a density on a sphere, its counts and its spacing") {
+TEST_CASE("spaced study: a density on a sphere, its counts and its spacing", "[statistics]") {
   SampledModel model = ramped(icosphere(4), "auto", OrderKind::curve, 8);
   check_density(model, "sphere, density 1 to 9", 2048, 4);
 }
@@ -284,7 +284,7 @@ TEST_CASE("spaced study: densities, their counts and their spacing", "[slow]") {
     }
 }
 
-TEST_CASE("spaced study: ellipses of a tensor field on a sphere") {
+TEST_CASE("spaced study: ellipses of a tensor field on a sphere", "[statistics]") {
   ChartedModel model = sphere_of_ellipses();
   check_ellipses(model, "sphere", 2048, 2, {});
 }

@@ -26,7 +26,7 @@ double around(double d, double period) { return period > 0 ? d - period * std::r
 
 }  // namespace
 
-TEST_CASE("nearest_distances: the plane against all pairs, bit for bit") {
+TEST_CASE("nearest_distances: the plane matches all pairs, bit for bit") {
   for (const std::size_t n : {std::size_t{2}, std::size_t{9}, std::size_t{700}}) {
     std::vector<double> x = random_numbers(n, n), y = random_numbers(n, n + 1);
     for (std::size_t i = 0; i < n / 3; ++i) y[i] = 0.5;  // many on a line
@@ -41,7 +41,7 @@ TEST_CASE("nearest_distances: the plane against all pairs, bit for bit") {
   }
 }
 
-TEST_CASE("nearest_distances: space against all pairs, bit for bit") {
+TEST_CASE("nearest_distances: space matches all pairs, bit for bit") {
   const std::size_t n = 600;
   std::vector<double> points = random_numbers(3 * n, 4);
   for (std::size_t i = 0; i < n; ++i) points[3 * i] *= 1e-3;  // flat
@@ -70,7 +70,7 @@ TEST_CASE("nearest_distances: space against all pairs, bit for bit") {
   CHECK(coverage_radius(points, reference) == most);
 }
 
-TEST_CASE("nearest_distances: the torus against all pairs") {
+TEST_CASE("nearest_distances: the torus matches all pairs") {
   for (const auto& [px, py] : {std::pair{1.0, 1.0}, std::pair{1.0, 0.0}, std::pair{0.0, 0.4}}) {
     const std::size_t n = 60;
     std::vector<double> x = random_numbers(n, 21), y = random_numbers(n, 22);
@@ -145,7 +145,7 @@ TEST_CASE("spacing: the vertices of an icosahedron") {
   CHECK(spacing.rho == Approx(edge / std::sqrt(8 * std::numbers::pi / (std::sqrt(3.0) * 12))));
 }
 
-TEST_CASE("spacing: motion, scale and order change nothing but the unit") {
+TEST_CASE("spacing: invariant to motion and order, and scales with the unit") {
   const std::size_t n = 300;
   const std::vector<double> x = random_numbers(n, 41), y = random_numbers(n, 42);
   const auto plain = nearest_distances(x, y);
@@ -159,7 +159,7 @@ TEST_CASE("spacing: motion, scale and order change nothing but the unit") {
   CHECK(spacing_of(turned, 1e6).rho == Approx(spacing_of(plain, 1).rho).epsilon(1e-9));
 }
 
-TEST_CASE("KdTree: balls hold what they should, borders included") {
+TEST_CASE("KdTree: balls contain the right points, borders included") {
   const std::vector<double> points = random_numbers(2 * 500, 51);
   const KdTree<2> tree(points);
   for (const double radius : {0.0, 0.03, 0.2, 2.0})
@@ -176,7 +176,7 @@ TEST_CASE("KdTree: balls hold what they should, borders included") {
     }
 }
 
-TEST_CASE("spacing: repeated points and what cannot be") {
+TEST_CASE("spacing: repeated points are counted, and invalid arguments refused") {
   const std::vector<double> three{0, 0, 1}, same{2, 2, 2}, none, one{1};
   CHECK(nearest_distances(three, same) == std::vector<double>{0, 0, 1});
   const std::vector<double> equal(200, 0.25);

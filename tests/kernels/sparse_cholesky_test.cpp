@@ -102,7 +102,7 @@ void check_solutions(const System& system, std::span<const std::uint32_t> order)
 
 }  // namespace
 
-TEST_CASE("Sparse Cholesky: the Laplacian of a mesh, in minimum-degree and in natural order") {
+TEST_CASE("sparse Cholesky: solves the Laplacian of a mesh, in minimum-degree and in natural order") {
   const PolygonMesh mesh = test::icosphere(3);
   std::vector<Entry> edges;
   for (std::size_t c = 0; c < mesh.corners.size(); c += 3)
@@ -113,7 +113,7 @@ TEST_CASE("Sparse Cholesky: the Laplacian of a mesh, in minimum-degree and in na
   check_solutions(system, natural_order(mesh.vertex_count()));
 }
 
-TEST_CASE("Sparse Cholesky: random graphs of every density, isolated unknowns included") {
+TEST_CASE("sparse Cholesky: solves random graphs of every density, isolated unknowns included") {
   for (std::uint32_t round = 0; round < 40; ++round) {
     const std::uint32_t count = 1 + round * 2;
     const std::uint32_t entry_count = count * (round % 4) * (round % 4);
@@ -129,7 +129,7 @@ TEST_CASE("Sparse Cholesky: random graphs of every density, isolated unknowns in
   }
 }
 
-TEST_CASE("Sparse Cholesky: a matrix that is not positive definite is reported") {
+TEST_CASE("sparse Cholesky: a matrix that is not positive definite is reported") {
   System system = system_of(3, {{0, 1, 1.0}, {1, 2, 1.0}}, 1.0);
   system.diagonal[1] = 0.25;
   SparseCholesky cholesky;
@@ -137,7 +137,7 @@ TEST_CASE("Sparse Cholesky: a matrix that is not positive definite is reported")
   CHECK_FALSE(cholesky.succeeded());
 }
 
-TEST_CASE("Sparse Cholesky: the elimination order is a permutation with less fill than the natural order") {
+TEST_CASE("sparse Cholesky: the elimination order is a permutation with less fill than the natural order") {
   const PolygonMesh mesh = test::icosphere(4);  // numbered by subdivision: neighbours lie far apart
   std::vector<Entry> edges;
   for (std::size_t c = 0; c < mesh.corners.size(); c += 3)

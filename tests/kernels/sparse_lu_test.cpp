@@ -84,7 +84,7 @@ void check_solution(GraphMatrix matrix, std::span<const std::uint32_t> order) {
 
 }  // namespace
 
-TEST_CASE("Sparse LU: weights on a mesh, in minimum-degree and in natural order, repeated edges") {
+TEST_CASE("sparse LU: solves weights on a mesh, in minimum-degree and in natural order, repeated edges") {
   const PolygonMesh mesh =
       icosphere(sanitized ? 2 : 3);  // dense elimination is slow in tests with sanitizers
   std::vector<std::pair<std::uint32_t, std::uint32_t>> edges;
@@ -96,7 +96,7 @@ TEST_CASE("Sparse LU: weights on a mesh, in minimum-degree and in natural order,
   check_solution(matrix, natural_order(mesh.vertex_count()));
 }
 
-TEST_CASE("Sparse LU: random graphs of every density, isolated unknowns included") {
+TEST_CASE("sparse LU: solves random graphs of every density, isolated unknowns included") {
   for (std::uint32_t round = 0; round < 40; ++round) {
     const std::uint32_t count = 1 + round * 2, edge_count = count * (round % 4) * (round % 4);
     std::vector<std::pair<std::uint32_t, std::uint32_t>> edges;
@@ -110,7 +110,7 @@ TEST_CASE("Sparse LU: random graphs of every density, isolated unknowns included
   }
 }
 
-TEST_CASE("Sparse LU: a zero pivot and a value that is not finite are reported") {
+TEST_CASE("sparse LU: a zero pivot and a non-finite value are reported") {
   for (const double pivot : {0.0, std::nan(""), HUGE_VAL}) {
     GraphMatrix matrix = weights_on(3, {{0, 1}, {1, 2}}, 5);
     matrix.diagonal[0] = pivot;

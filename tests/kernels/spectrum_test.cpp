@@ -67,7 +67,7 @@ TEST_CASE("add_periodogram: high frequencies keep their precision") {
   CHECK(worst < 2e-12);  // the direct sum errs itself
 }
 
-TEST_CASE("add_periodogram: symmetries and invariances") {
+TEST_CASE("add_periodogram: has the expected symmetries and invariances") {
   const PlanarSamples set = random_samples(700, 9);
   PlanarSamples shifted = set, mirrored = set, swapped{set.y, set.x};
   for (double& x : shifted.x) x = x + 0.375 - std::floor(x + 0.375);
@@ -250,7 +250,7 @@ TEST_CASE("add_periodogram: one thread and many give the same bits") {
   CHECK(many.sum == one.sum);
 }
 
-TEST_CASE("spectrum: what cannot be is refused") {
+TEST_CASE("spectrum: invalid arguments are refused") {
   CHECK_THROWS_AS(make_power_spectrum(0), std::invalid_argument);
   CHECK_THROWS_AS(make_power_spectrum(5000), std::invalid_argument);
   PowerSpectrum spectrum = make_power_spectrum(3);

@@ -151,7 +151,7 @@ double mean_value(const RgbImage& image) {
 
 }  // namespace
 
-TEST_CASE("strokes run along the primary direction as the picture shows it") {
+TEST_CASE("strokes: run along the primary direction as the picture shows it") {
   for (const TestModel& model : {cylinder(3000), torus(3000)})
     for (const StrokeMedium medium : {StrokeMedium::oil, StrokeMedium::ink, StrokeMedium::watercolour}) {
       const StrokePictureParameters parameters = look(medium);
@@ -174,7 +174,7 @@ TEST_CASE("strokes run along the primary direction as the picture shows it") {
     }
 }
 
-TEST_CASE("hatching of shadows runs across, contours along the silhouette") {
+TEST_CASE("hatching: runs across in shadows, and along the silhouette as contours") {
   const TestModel model = cylinder(4000);
   const StrokePictureParameters parameters = look(StrokeMedium::ink);
   const StrokePlan plan = plan_strokes(model.spans(), parameters);
@@ -198,7 +198,7 @@ TEST_CASE("hatching of shadows runs across, contours along the silhouette") {
   CHECK(contours > 50);
 }
 
-TEST_CASE("strokes are as long as the primary spacing asks for") {
+TEST_CASE("strokes: are as long as the primary spacing requires") {
   const TestModel model = cylinder(4000);
   const StrokePictureParameters parameters = look(StrokeMedium::pastel);
   const StrokePlan plan = plan_strokes(model.spans(), parameters);
@@ -234,7 +234,7 @@ TEST_CASE("strokes are as long as the primary spacing asks for") {
     if (stroke.layer < plan.style.layers.size()) CHECK(stroke.brush_length == brush_lengths / 2);
 }
 
-TEST_CASE("only samples that are seen have strokes, which reach beyond the silhouette") {
+TEST_CASE("strokes: only visible samples have them, and they reach beyond the silhouette") {
   const TestModel ring = torus(4000);
   const StrokePictureParameters parameters = look(StrokeMedium::acrylic);
   const StrokePlan plan = plan_strokes(ring.spans(), parameters);
@@ -267,8 +267,7 @@ TEST_CASE("only samples that are seen have strokes, which reach beyond the silho
   CHECK(left_most < least - 4);
 }
 
-TEST_CASE(
-    "strokes: what lies just behind the silhouette is not painted, so that lit rims stay free of shadow") {
+TEST_CASE("strokes: surfaces just behind the silhouette are not painted, so lit rims stay free of shadow") {
   const TestModel ring = torus(60000);
   const StrokePictureParameters parameters = look(StrokeMedium::watercolour, 480);
   const StrokePlan plan = plan_strokes(ring.spans(), parameters);
@@ -283,7 +282,7 @@ TEST_CASE(
   CHECK(rim > 100);
 }
 
-TEST_CASE("strokes: a shadow on bare paper ends before the margin, one in a painted ground need not") {
+TEST_CASE("strokes: a shadow on bare paper ends before the margin, one on a painted ground need not") {
   const TestModel model = cylinder(1500);
   for (const StrokeMedium medium : {StrokeMedium::crayon, StrokeMedium::ink, StrokeMedium::watercolour}) {
     StrokePictureParameters parameters = look(medium, 400);
@@ -302,7 +301,7 @@ TEST_CASE("strokes: a shadow on bare paper ends before the margin, one in a pain
   }
 }
 
-TEST_CASE("layers are prefixes of one set, and so are the strokes of fewer samples") {
+TEST_CASE("strokes: layers are prefixes of one set, and so are the strokes of fewer samples") {
   const TestModel model = torus(3000);
   for (std::size_t m = 0; m < stroke_medium_names.size(); ++m) {
     const auto parameters = look(static_cast<StrokeMedium>(m));
@@ -334,7 +333,7 @@ TEST_CASE("layers are prefixes of one set, and so are the strokes of fewer sampl
   CHECK(shared > 200);
 }
 
-TEST_CASE("hatching: what is drawn in the light is drawn in the shadow too, and the picture is as dark") {
+TEST_CASE("hatching: strokes drawn in the light are drawn in the shadow too, and the tone is preserved") {
   const TestModel model = plate(6000);
   std::set<std::uint32_t> fewer;
   double brighter = 256;
@@ -357,7 +356,7 @@ TEST_CASE("hatching: what is drawn in the light is drawn in the shadow too, and 
   CHECK(fewer.size() > 500);
 }
 
-TEST_CASE("strokes of well spread samples leave less of the model bare than those of independent ones") {
+TEST_CASE("strokes: well-spread samples leave less of the model bare than independent ones") {
   const auto bare = [](const TestModel& model) {
     StrokePlan plan = plan_strokes(model.spans(), look(StrokeMedium::acrylic, 300));
     std::erase_if(plan.strokes, [&](const Stroke& stroke) {
@@ -380,7 +379,7 @@ TEST_CASE("strokes of well spread samples leave less of the model bare than thos
   CHECK(2 * even < uneven);
 }
 
-TEST_CASE("the same seed gives the same picture for any number of threads, another one another") {
+TEST_CASE("strokes: one seed gives one picture for any number of threads, another seed another") {
   const TestModel model = torus(1500);
   for (std::size_t m = 0; m < stroke_medium_names.size(); ++m) {
     StrokePictureParameters parameters = look(static_cast<StrokeMedium>(m), 160);
@@ -399,7 +398,7 @@ TEST_CASE("the same seed gives the same picture for any number of threads, anoth
   }
 }
 
-TEST_CASE("the margin stays paper") {
+TEST_CASE("strokes: the margin stays paper") {
   const TestModel model = cylinder(1500);
   for (std::size_t m = 0; m < stroke_medium_names.size(); ++m) {
     StrokePictureParameters parameters = look(static_cast<StrokeMedium>(m), 160);
@@ -421,7 +420,7 @@ TEST_CASE("the margin stays paper") {
   }
 }
 
-TEST_CASE("models without samples and broken numbers") {
+TEST_CASE("strokes: models without samples and non-finite numbers") {
   constexpr double infinite = std::numeric_limits<double>::infinity(),
                    nan = std::numeric_limits<double>::quiet_NaN();
   TestModel bad = plate(50);
@@ -459,7 +458,7 @@ TEST_CASE("models without samples and broken numbers") {
   }
 }
 
-TEST_CASE("what does not fit is refused") {
+TEST_CASE("strokes: arrays of the wrong size are refused") {
   const TestModel model = plate(10);
   StrokeModel spans = model.spans();
   spans.spacings = spans.spacings.first(4);
@@ -547,7 +546,7 @@ Stroke stroke_at(float x, float y, LinearColor color) {
 
 }  // namespace
 
-TEST_CASE("paint_strokes: a stroke covers its rectangle, bent or turned, over the earlier ones") {
+TEST_CASE("paint_strokes: a stroke covers its rectangle, bent or rotated, over the earlier ones") {
   const LinearColor black{0, 0, 0}, red{1, 0, 0};
   const auto is_dark = [](const RgbImage& image, std::uint32_t x, std::uint32_t y) {
     return image.pixel(x, y)[1] < 40;
@@ -594,7 +593,7 @@ TEST_CASE("paint_strokes: a stroke covers its rectangle, bent or turned, over th
   CHECK_FALSE(is_dark(image, 4, 50));
 }
 
-TEST_CASE("paint_strokes: sticks pressed in the dark fill more of the valleys") {
+TEST_CASE("paint_strokes: sticks pressed in the dark fill more of the paper grain") {
   const LatticeNoise noise(picture_key(3));
   const StrokeCanvas canvas{100, 100, 5, 1};
   const BrushSet brush = make_brushes({}, 30, 40, 80, noise);
@@ -653,7 +652,7 @@ TEST_CASE("paint_strokes: wet washes run into one another in patches, and bare p
       CHECK(std::equal(dry.pixel(x, y), dry.pixel(x, y) + 3, wet.pixel(x, y)));
 }
 
-TEST_CASE("paint_strokes: glazes multiply the light of what lies below, in any order") {
+TEST_CASE("paint_strokes: glazes multiply the light of the layers below, in any order") {
   const LinearColor one{0.5f, 0.8f, 0.9f}, other{0.9f, 0.5f, 0.7f};
   Stroke a = stroke_at(50, 50, one), b = stroke_at(50, 50, other);
   const RgbImage first = painted({a}, true), second = painted({b}, true), both = painted({a, b}, true),

@@ -160,7 +160,7 @@ TEST_CASE("build_regions: whole strata, masses of a triangle's elements sum to i
 }
 
 TEST_CASE(
-    "build_regions: a single region has the elements of the whole surface, without wide pieces in order") {
+    "build_regions: a single region has the elements of the whole surface, except the order of wide pieces") {
   // Pieces of 16 samples, which are wide on the torus where the density is uniform, but not in the needles.
   constexpr std::uint64_t samples = 65536;
   const PolygonMesh round = torus(31, 17), needles = grid_plane(40, 1, 1, 5000);
@@ -193,9 +193,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE(
-    "region_elements: pieces that lie on each other, and narrow ones, are cut as those of the whole "
-    "surface") {
+TEST_CASE("region_elements: coincident and narrow pieces are cut as on the whole surface") {
   constexpr std::uint64_t samples = 20000;
   const PolygonMesh sheet = torus(24, 12);
   const auto elements_of = [&](const PolygonMesh& file) {
@@ -216,7 +214,7 @@ TEST_CASE(
   CHECK(needles.count() >= 4 * samples);
 }
 
-TEST_CASE("region_elements: ascend along the whole key of the 3-D Hilbert curve") {
+TEST_CASE("region_elements: ascend by the whole key of the 3-D Hilbert curve") {
   // Most of the mass, and so most regions, in a small part of the box, whose elements share leading bits.
   const Surface surface(merged(torus(16, 9), moved(icosphere(1), 0.02, 300, 200, 100)), false,
                         parameters_of(ElementOrder::hilbert, 300000));
@@ -251,8 +249,7 @@ TEST_CASE("build_regions: one triangle, and triangles of very unequal size") {
   }
 }
 
-TEST_CASE(
-    "place_samples: a large set in regions has n distinct points, a permutation of ranks, few far steps") {
+TEST_CASE("place_samples: a large set in regions has n distinct points, permuted ranks and few far steps") {
   for (const char* method : {"auto", "direct"})
     for (const SequenceKind sequence : {SequenceKind::shifted, SequenceKind::random}) {
       SampleParameters parameters = parameters_for(method);
@@ -332,7 +329,7 @@ TEST_CASE("place_samples: a large set in regions is the same for 1, 2 and 8 thre
   }
 }
 
-TEST_CASE("samples_at: the blocks of sites are the samples that are placed as a whole") {
+TEST_CASE("samples_at: blocks of sites equal the samples placed as a whole") {
   // The second model is so small beside its box that float32 has few places for its points.
   const PolygonMesh small = merged(moved(torus(24, 12), 2e-5, 1, 0, 0), moved(torus(3, 3), 1e-9, -1, 0, 0));
   for (const PolygonMesh& file : {torus(24, 12), small})
@@ -387,7 +384,7 @@ TEST_CASE("samples_at: the blocks of sites are the samples that are placed as a 
       }
 }
 
-TEST_CASE("place_samples in regions: pointnet is the frame of all samples, for any number of threads") {
+TEST_CASE("place_samples: in regions the pointnet frame is that of all samples, for any number of threads") {
   SampleParameters parameters = parameters_for("auto");
   parameters.normalize = NormalizeKind::pointnet;
   parameters.rows_only = true;
@@ -411,7 +408,7 @@ TEST_CASE("place_samples in regions: pointnet is the frame of all samples, for a
   CHECK(other.row.report.scale == model.row.report.scale);
 }
 
-TEST_CASE("leaves_sites: large sets on the surface that nobody needs as a whole") {
+TEST_CASE("leaves_sites: true for large sets on the surface that no stage needs as a whole") {
   SampleParameters parameters = parameters_for("auto");
   parameters.rows_only = true;
   CHECK_FALSE(leaves_sites(parameters));
@@ -436,7 +433,7 @@ TEST_CASE("leaves_sites: large sets on the surface that nobody needs as a whole"
   CHECK(with([](SampleParameters& p) { p.normalize = NormalizeKind::pointnet; }));
 }
 
-TEST_CASE("samples_at: what samples of a triangle share is what is looked up for each of them") {
+TEST_CASE("samples_at: values shared by samples of a triangle equal those looked up for each") {
   SampleParameters parameters = parameters_for("direct");
   parameters.rows_only = true;
   parameters.samples = 300000;
@@ -474,7 +471,8 @@ TEST_CASE("samples_at: what samples of a triangle share is what is looked up for
   CHECK(placed_on(smooth).sites.shared.empty());
 }
 
-TEST_CASE("place_samples: in regions the error over rotated boxes is that of the whole surface", "[slow]") {
+TEST_CASE("place_samples: in regions the error over rotated boxes equals that of the whole surface",
+          "[slow]") {
   const PolygonMesh file = torus(60, 30);
   for (const char* method : {"auto", "direct"}) {
     double error[2] = {0, 0};
@@ -492,7 +490,7 @@ TEST_CASE("place_samples: in regions the error over rotated boxes is that of the
   }
 }
 
-TEST_CASE("sites: those of large sets of uniform density have the first points of their pieces") {
+TEST_CASE("sites: large sets of uniform density have the first points of their pieces") {
   constexpr std::uint32_t n = 140001;
   // Triangles whose parts are wide, and needles, whose parts are not.
   for (const PolygonMesh& file : {torus(24, 12), torus(1500, 3)})

@@ -120,7 +120,7 @@ NurbsNet plane_net() {
 
 }  // namespace
 
-TEST_CASE("surfaces: every name makes one, others none") {
+TEST_CASE("surfaces: every known name makes one, others are refused") {
   REQUIRE(surface_names().size() == 7);
   for (const std::string_view name : surface_names()) {
     const auto surface = make_surface(name);
@@ -131,7 +131,7 @@ TEST_CASE("surfaces: every name makes one, others none") {
   CHECK(make_surface("sphere")->content() != make_surface("torus")->content());
 }
 
-TEST_CASE("surfaces: automatic derivatives agree with differences") {
+TEST_CASE("surfaces: automatic derivatives match finite differences") {
   for (const std::string_view name : surface_names()) {
     INFO(name);
     const auto surface = make_surface(name);
@@ -292,7 +292,8 @@ TEST_CASE("NURBS: errors name the line") {
   CHECK(reason(quarter_cylinder).empty());
 }
 
-TEST_CASE("height field: both interpolations pass through the heights and reproduce what they can") {
+TEST_CASE(
+    "height field: both interpolations pass through the heights, and reproduce polynomials of their degree") {
   constexpr std::size_t width = 7, height = 5;
   std::vector<float> plane, bilinear, quadratic;
   for (std::size_t j = 0; j < height; ++j)
@@ -330,7 +331,7 @@ TEST_CASE("height field: both interpolations pass through the heights and reprod
   CHECK(inner.duv.z == Approx(-24));
 }
 
-TEST_CASE("height field: what does not fit is refused") {
+TEST_CASE("height field: invalid arguments are refused") {
   const std::vector<float> heights(12, 1.0f);
   CHECK(reason_of([&] { make_height_field(heights, 5, 2); }) == "there are 12 heights, not 5 x 2");
   CHECK(reason_of([&] { make_height_field(heights, 12, 1); }) ==

@@ -119,7 +119,7 @@ TEST_CASE("tangent tensors: exponential, logarithm, metric and spacing forms") {
   CHECK(quadratic(g, -0.25 * std::sin(angle), 0.25 * std::cos(angle)) == Approx(1));
 }
 
-TEST_CASE("tangent tensors: turned frames keep the quadratic form") {
+TEST_CASE("tangent tensors: rotated frames keep the quadratic form") {
   const TangentTensor a{1.3, -0.4, 0.2};
   for (const double angle : {0.0, 0.3, 1.9, -2.5}) {
     const double c = std::cos(angle), s = std::sin(angle), x = 0.6, y = -1.1;
@@ -128,7 +128,7 @@ TEST_CASE("tangent tensors: turned frames keep the quadratic form") {
   check_equal(in_turned_frame(tensor_at(0.9, 2, 1), std::cos(0.9), std::sin(0.9)), {2, 0, 1}, 1e-15);
 }
 
-TEST_CASE("transport: a rotation that takes normal to normal, and moves nothing along the fold") {
+TEST_CASE("transport: a rotation from normal to normal that moves nothing along the fold") {
   std::mt19937 random(3);
   std::normal_distribution<double> normal;
   const auto direction = [&] { return unit({normal(random), normal(random), normal(random)}); };
@@ -158,7 +158,7 @@ TEST_CASE("transport: a rotation that takes normal to normal, and moves nothing 
   }
 }
 
-TEST_CASE("metric lengths of a constant tensor on a plane are exact") {
+TEST_CASE("metric lengths: a constant tensor on a plane is exact") {
   const PreparedMesh mesh = prepare_mesh(grid_plane(7, 5, 2, 1));
   const double angle = 0.4, s1 = 3, s2 = 0.5;
   const std::vector<double> length = metric_edge_lengths(mesh, plane_field(mesh, angle, s1, s2));
@@ -171,7 +171,7 @@ TEST_CASE("metric lengths of a constant tensor on a plane are exact") {
   }
 }
 
-TEST_CASE("metric lengths are those of the moved mesh when mesh and field move together") {
+TEST_CASE("metric lengths: invariant to moving mesh and field together") {
   const PolygonMesh still = icosphere(2);
   const PreparedMesh a = prepare_mesh(still), b = prepare_mesh(moved(still, 1, 0.1, -0.2, 0.3));
   // `moved` may reorder triangles and rescale by a power of two: compare by the file's corners, in file
@@ -209,7 +209,7 @@ TEST_CASE("metric lengths are those of the moved mesh when mesh and field move t
   CHECK(worst < 1e-11);
 }
 
-TEST_CASE("a bent sheet has the metric lengths of the flat one when the field is bent along") {
+TEST_CASE("metric lengths: a sheet bent together with its field keeps the lengths of the flat one") {
   const std::uint32_t columns = 12, rows = 5;
   const double turn = 0.35;
   const PolygonMesh flat_file = folded_strip(columns, rows, 0), bent_file = folded_strip(columns, rows, turn);
@@ -287,7 +287,7 @@ TEST_CASE("interpolate: weights of the corners, positive definite between them")
   CHECK(tensor_density(field)[0] == Approx(0.25));
 }
 
-TEST_CASE("triangles without area: S = 1, edges as long as their other side says") {
+TEST_CASE("tensor field: triangles without area have S = 1, and edges as long as their other side says") {
   // The middle triangle (0, 2, 1) is a line: 1 lies on the edge from 0 to 2 of the lower one.
   const PolygonMesh file = polygon_mesh({0, 0, 0, 1, 0, 0, 2, 0, 0, 1, 1, 0, 1, -1, 0},
                                         {{0, 1, 3}, {1, 2, 3}, {0, 2, 1}, {0, 4, 2}});

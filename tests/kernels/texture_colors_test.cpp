@@ -61,7 +61,7 @@ TEST_CASE("texture_color: the nearest pixel, inside and beyond the edges") {
   CHECK(255 * at[1] == Approx(210));
 }
 
-TEST_CASE("texture_color: bilinear between the centres of pixels, and over the edge as it wraps") {
+TEST_CASE("texture_color: bilinear between pixel centers, and across the edge by wrap mode") {
   const SurfaceTextures textures = four_by_three();
   for (const TextureWrap wrap : {TextureWrap::repeat, TextureWrap::mirror, TextureWrap::clamp}) {
     const Texture texture = texture_of(wrap, false);
@@ -82,7 +82,7 @@ TEST_CASE("texture_color: bilinear between the centres of pixels, and over the e
   CHECK(red(textures, texture_of(TextureWrap::clamp, false), -9) == Approx(0).margin(1e-9));
 }
 
-TEST_CASE("texture_color: a placement, a range of values, and an image of one pixel") {
+TEST_CASE("texture_color: a texture transform, a value range, and an image of one pixel") {
   SurfaceTextures textures = four_by_three();
   Texture texture = texture_of(TextureWrap::repeat, true);
   texture.placement = {0, 1, .25, -1, 0, 1};  // u' = v + 1/4, v' = 1 - u
@@ -98,7 +98,7 @@ TEST_CASE("texture_color: a placement, a range of values, and an image of one pi
       CHECK(red(textures, texture_of(wrap, nearest), 3.7) == Approx(9));
 }
 
-TEST_CASE("texture_color: in linear light the light is interpolated, and values come back as they were") {
+TEST_CASE("texture_color: interpolates in linear light, and pixel values are reproduced") {
   for (int value = 0; value < 256; ++value) {
     const double x = value / 255.0;
     const double expected = x <= 0.04045 ? x / 12.92 : std::pow((x + 0.055) / 1.055, 2.4);
@@ -109,7 +109,7 @@ TEST_CASE("texture_color: in linear light the light is interpolated, and values 
   CHECK(between == Approx(.5 * (linear_light(80 / 255.) + linear_light(160 / 255.))));
 }
 
-TEST_CASE("texture_color: lost images and coordinates that are no numbers have no colour") {
+TEST_CASE("texture_color: lost images and non-finite coordinates have no color") {
   SurfaceTextures textures = four_by_three();
   Texture texture = texture_of(TextureWrap::repeat, false);
   CHECK(std::isnan(texture_color(textures, texture, NAN, 0, false)[0]));
@@ -155,7 +155,7 @@ Samples sample_at(std::uint32_t a, std::uint32_t b, std::uint32_t c, float b1, f
 
 }  // namespace
 
-TEST_CASE("sample_colors: the coordinates are those of the polygon's corners, however many it has") {
+TEST_CASE("sample_colors: texture coordinates are those of the polygon's corners, however many it has") {
   for (const std::uint32_t n : {3u, 32u, 33u, 1000u}) {
     const PolygonMesh mesh = fan(n, false);
     for (std::uint32_t v = 0; v < n; v += 1 + n / 100) {
@@ -168,7 +168,7 @@ TEST_CASE("sample_colors: the coordinates are those of the polygon's corners, ho
   }
 }
 
-TEST_CASE("sample_colors: factors, vertices and lost images beside a texture") {
+TEST_CASE("sample_colors: factors, vertex colors and lost images beside a texture") {
   PolygonMesh mesh = fan(3, false);
   const Samples middle = sample_at(0, 1, 2, 1, 0);
   mesh.colors.face = {.5f, 1, 1};

@@ -120,7 +120,7 @@ std::vector<Way> ways() {
 
 }  // namespace
 
-TEST_CASE("make_texture_density: masses are the integral of the luminance of the image") {
+TEST_CASE("make_texture_density: masses are the integral of the image luminance") {
   const double dark = 0.02;
   CHECK(integral(half_and_half()) == Approx((1 + dark) / 2).epsilon(1e-12));
   CHECK(integral(half_and_half(), texture_parameters(DensityKind::texture_inverse)) ==
@@ -140,7 +140,7 @@ TEST_CASE("make_texture_density: masses are the integral of the luminance of the
 }
 
 TEST_CASE(
-    "make_texture_density: a ramp between pixels is followed, and what is finer than pieces is averaged") {
+    "make_texture_density: a ramp between pixels is followed, and details finer than pieces are averaged") {
   PolygonMesh ramp = textured_square(2, 1, [](std::uint32_t x, std::uint32_t) { return x == 0 ? 0 : 255; });
   auto bilinear = std::make_shared<SurfaceTextures>(*ramp.colors.textures);
   bilinear->textures[0].nearest = false;
@@ -164,7 +164,7 @@ TEST_CASE(
         })) == Approx(0.51).margin(0.02));
 }
 
-TEST_CASE("make_texture_density: means are those of the halves, and pieces are bounded") {
+TEST_CASE("make_texture_density: means equal those of their halves, and the number of pieces is bounded") {
   for (const std::uint32_t size : {1u, 16u, 300u, 2048u}) {
     const PolygonMesh file = textured_square(size, size, [](std::uint32_t x, std::uint32_t y) {
       return static_cast<int>((x * 7 + y * 13) % 256);
@@ -183,7 +183,7 @@ TEST_CASE("make_texture_density: means are those of the halves, and pieces are b
   }
 }
 
-TEST_CASE("make_texture_density: what has no texture has density 1") {
+TEST_CASE("make_texture_density: parts without a texture have density 1") {
   PolygonMesh file = half_and_half();
   const auto with = [&](const std::function<void(SurfaceTextures&)>& change) {
     auto textures = std::make_shared<SurfaceTextures>(*half_and_half().colors.textures);
@@ -213,7 +213,7 @@ TEST_CASE("make_texture_density: what has no texture has density 1") {
   CHECK(integral(file) == Approx(0.5 + (0.25 * 3 / 2 * 1 + 0.25 / 2 * 0.02)).epsilon(1e-12));
 }
 
-TEST_CASE("texture density: every way of sampling puts the share of the integral into each part") {
+TEST_CASE("texture density: every way of sampling gives each part its share of the integral") {
   for (const Way& way : ways()) {
     INFO(way.name);
     // Squares of 1/8, as a chessboard inside the two triangles; the darker ones have 1/51 of the lighter
@@ -299,7 +299,7 @@ TEST_CASE("part_by_mass: parts are chosen in proportion to their mass") {
     REQUIRE(chosen[path] == Approx(source.mean_of(path) / whole / pieces).margin(2.0 / count));
 }
 
-TEST_CASE("validate: the density of textures needs colours, and goes with no tensor") {
+TEST_CASE("validate: texture densities need colors, and exclude tensors") {
   SampleParameters parameters = parameters_for("anisotropic");
   parameters.density.kind = DensityKind::texture;
   const std::vector<std::string> problems = validate(parameters);

@@ -53,7 +53,7 @@ std::uint64_t check_row(const std::vector<std::uint64_t>& row, const std::vector
 
 }  // namespace
 
-TEST_CASE("select_by_mass: random rows are selected from as sorted ones", "[order]") {
+TEST_CASE("select_by_mass: random rows give the selection of sorted ones", "[order]") {
   std::mt19937_64 random(5);
   for (std::size_t size = 1; size < 200; size += size < 20 ? 1 : 23) {
     for (int repeat = 0; repeat < 20; ++repeat) {
@@ -70,7 +70,7 @@ TEST_CASE("select_by_mass: random rows are selected from as sorted ones", "[orde
   }
 }
 
-TEST_CASE("select_by_mass: ordered rows take as long as random ones, and any row is sorted in the end") {
+TEST_CASE("select_by_mass: sorted rows cost as much as random ones, and any row is sorted in the end") {
   constexpr std::size_t size = 4096;
   const std::vector<std::uint64_t> mass(size, 1);
   std::vector<std::uint64_t> ascending(size), descending(size), pipes(size);

@@ -9,7 +9,7 @@
 
 using namespace meander;
 
-TEST_CASE("Admission: the largest item goes first, equals in plan order") {
+TEST_CASE("admission: the largest item goes first, equal ones in plan order") {
   Admission admission(1000, 10, false);
   admission.add(0, 10);
   admission.add(1, 300);
@@ -21,7 +21,7 @@ TEST_CASE("Admission: the largest item goes first, equals in plan order") {
   CHECK(admission.bytes_in_flight() == 610);
 }
 
-TEST_CASE("Admission: no more items in flight than allowed") {
+TEST_CASE("admission: no more items in flight than allowed") {
   Admission admission(1000, 2, false);
   for (std::size_t i = 0; i < 5; ++i) admission.add(i, 1);
   const auto first = admission.next();
@@ -31,7 +31,7 @@ TEST_CASE("Admission: no more items in flight than allowed") {
   CHECK(admission.next());
 }
 
-TEST_CASE("Admission: an item above the whole budget is too large, or runs alone when that is allowed") {
+TEST_CASE("admission: an item above the whole budget is too large, or runs alone if allowed") {
   Admission strict(100, 4, false);
   CHECK(strict.too_large(101));
   CHECK_FALSE(strict.too_large(100));
@@ -46,7 +46,7 @@ TEST_CASE("Admission: an item above the whole budget is too large, or runs alone
   CHECK(lenient.next()->item == 1);
 }
 
-TEST_CASE("Admission: small items run beside a large one and never delay a waiting large one") {
+TEST_CASE("admission: small items run beside a large one and never delay a waiting large one") {
   Admission admission(100, 100, false);
   admission.add(0, 80);
   admission.add(1, 70);  // does not fit beside item 0: waits
@@ -68,7 +68,7 @@ TEST_CASE("Admission: small items run beside a large one and never delay a waiti
   CHECK(admission.next()->item == 1);
 }
 
-TEST_CASE("Admission: random loads never pass the budget and all items come out once") {
+TEST_CASE("admission: random loads never exceed the budget and all items come out once") {
   const RandomKey key = make_random_key(1, {});
   Admission admission(1000, 6, false);
   std::map<std::size_t, int> seen;

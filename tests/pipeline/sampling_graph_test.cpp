@@ -106,7 +106,7 @@ struct Passing {
 
 }  // namespace
 
-TEST_CASE("sampling graph: 20,000 items, 6 % failing, nested isolated loops: all come out once") {
+TEST_CASE("sampling graph: 20,000 items, 6 % failing, nested isolated loops, all come out once") {
   Setup setup(20000);
   const auto stages = three_stages([](GraphItem& item) {
     std::vector<double> values(item.plan->row % 50 == 0 ? 2 * parallel_threshold : 16, 1.0);
@@ -170,7 +170,7 @@ TEST_CASE("sampling graph: a failed item skips the remaining stages") {
   CHECK(setup.sink.rows.size() == 10);
 }
 
-TEST_CASE("sampling graph: a node body is never entered again by a thread that waits inside it") {
+TEST_CASE("sampling graph: a thread waiting inside a node body never enters it again") {
   Setup setup(300);
   std::atomic<int> deepest{0};
   const auto stages = three_stages([&](GraphItem&) {
@@ -189,8 +189,7 @@ TEST_CASE("sampling graph: a node body is never entered again by a thread that w
   CHECK(deepest == 1);
 }
 
-TEST_CASE(
-    "sampling graph: cancelled from outside it drops what is in flight, and all items are accounted for") {
+TEST_CASE("sampling graph: cancellation drops items in flight, and all items are accounted for") {
   Setup setup(500);
   const auto stages = three_stages([&](GraphItem& item) {
     if (item.plan->row == 3) setup.cancelled = true;
@@ -203,7 +202,7 @@ TEST_CASE(
   CHECK(setup.sink.rows.size() == result.written);
 }
 
-TEST_CASE("sampling graph: a sink that fails ends the run with its exception, nothing is lost before") {
+TEST_CASE("sampling graph: a failing sink ends the run with its exception, and nothing is lost before") {
   Setup setup(200);
   setup.sink.fail_after = 50;
   CHECK_THROWS_AS(setup.run(three_stages([](GraphItem&) {})), RunError);
@@ -218,7 +217,7 @@ TEST_CASE("sampling graph: a sink that fails ends the run with its exception, no
   CHECK(setup.sink.rows.size() == 200);
 }
 
-TEST_CASE("sampling graph: it stops once too many items failed") {
+TEST_CASE("sampling graph: stops after too many failures") {
   Setup setup(1000);
   setup.parameters.max_failures = 10;
   const GraphResult result =
@@ -228,7 +227,7 @@ TEST_CASE("sampling graph: it stops once too many items failed") {
   CHECK(result.failed < 100);
 }
 
-TEST_CASE("sampling graph: a file larger than reserved goes back to the queue with what it needs") {
+TEST_CASE("sampling graph: a file larger than its reservation is requeued with what it needs") {
   Setup setup(40);
   const auto need = [](GraphItem& item) {
     const std::uint64_t bytes = 2 + item.plan->row % 19;
@@ -242,8 +241,7 @@ TEST_CASE("sampling graph: a file larger than reserved goes back to the queue wi
   CHECK(result.peak_reserved_bytes <= 20);
 }
 
-TEST_CASE(
-    "sampling graph: an item that needs more than the budget is too_large, and runs alone when allowed") {
+TEST_CASE("sampling graph: an item above the budget is too_large, or runs alone if allowed") {
   for (const bool allowed : {false, true}) {
     Setup setup(20);
     setup.plan[5].reserved_bytes = 100;
@@ -262,16 +260,13 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("sampling graph: the deadline of one model is not that of the others") {
+TEST_CASE("sampling graph: the deadline of one model does not affect others") {
   Setup setup(12);
   setup.parameters.timeout_seconds = 2;  // more than a loaded machine needs for the others, which do nothing
-  const auto stages = three_stages([](GraphItem& item) {
-    if (item.plan->row != 4) return;
-    for (int i = 0; i < 60000; ++i) {
-      std::this_thread::sleep_for(std::chrono::milliseconds(1));
-      item.model.cancel.check();
-    }
-  });
+  GraphStages stages = three_stages([](GraphItem& item) { item.model.cancel.check(); });
+  stages[0].body = [](GraphItem& item) {
+    if (item.plan->row == 4) item.worked += std::chrono::seconds(3);
+  };
   setup.run(stages);
   CHECK(setup.sink.rows.at(4).report.status == Status::timeout);
   CHECK(setup.sink.rows.at(5).report.status == Status::ok);
@@ -288,8 +283,7 @@ TEST_CASE("sampling graph: with one thread items end in the order of their admis
   CHECK(std::is_sorted(ended.begin(), ended.end()));
 }
 
-TEST_CASE(
-    "sampling graph: no item waits behind those that were admitted after it, one slow item among them") {
+TEST_CASE("sampling graph: no item waits behind later ones, one slow item among them") {
   for (const int threads : {1, 2, 4}) {
     Setup setup(120, threads);
     setup.parameters.memory_bytes = 1 << 20;
@@ -333,32 +327,57 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("sampling graph: the clock of an item stands still while it waits") {
+TEST_CASE("sampling graph: the clock of an item stops while it waits") {
+  using Clock = std::chrono::steady_clock;
   for (const int threads : {1, 2}) {
     Setup setup(80, threads);
     setup.parameters.memory_bytes = 1 << 20;
-    setup.parameters.timeout_seconds = 2;
-    // 80 items of 60 ms each: the run takes longer than the limit, which is 33 times what an item needs, so
-    // that a loaded machine passes too.
-    const auto nap = [](GraphItem&) { std::this_thread::sleep_for(std::chrono::milliseconds(30)); };
+    setup.parameters.timeout_seconds = 3600;
+    std::vector<Clock::time_point> left(80);  // the end of the stage before
+    std::vector<Clock::duration> worked(80);  // when that began
+    std::atomic<int> wrong{0};
+    const auto stage = [&](std::string_view name, const std::function<void(GraphItem&)>& body) -> GraphStage {
+      return {name, [&, body](GraphItem& item) {
+                const std::size_t row = item.plan->row;
+                // The clock was started for this stage, with what the stages before have worked.
+                const Clock::time_point entered = Clock::now(), started = item.model.cancel.deadline -
+                                                                          std::chrono::hours(1) + item.worked;
+                wrong += started > entered || started < std::max(left[row], item.start);
+                wrong += item.worked < worked[row];
+                worked[row] = item.worked;
+                body(item);
+                left[row] = Clock::now();
+                worked[row] += left[row] - entered;
+              }};
+    };
     const GraphStages stages = {
-        {"read_mesh", nap}, {"flatten_chart", nap}, {"place_samples", make_points}, idle("describe_shape")};
-    const GraphResult result = setup.run(stages);
+        stage("read_mesh", [](GraphItem&) {}), stage("flatten_chart", [](GraphItem&) {}),
+        stage("place_samples", make_points), stage("describe_shape", [](GraphItem&) {})};
+    double working = 0;
+    const Clock::time_point begin = Clock::now();
+    const GraphResult result =
+        setup.run(stages, [&](const FinishedItem& item) { working += item.seconds - item.waited_seconds; });
     CHECK(result.written == 80);
-    CHECK(result.failed == 0);
+    CHECK(wrong == 0);
+    // Clocks run only as long as threads work: together no longer than the threads had.
+    CHECK(working <= threads * std::chrono::duration<double>(Clock::now() - begin).count());
   }
 }
 
-TEST_CASE("sampling graph: the time limit counts the work of all stages together") {
+TEST_CASE("sampling graph: the time limit covers the work of all stages together") {
   Setup setup(4, 2);
   setup.parameters.timeout_seconds = 2;  // more than a loaded machine needs for the others, which do nothing
   const auto work = [](GraphItem& item) {
-    if (item.plan->row == 2) std::this_thread::sleep_for(std::chrono::milliseconds(1200));
+    if (item.plan->row == 2) item.worked += std::chrono::milliseconds(1200);
   };
   const GraphStages stages = {
       {"read_mesh", work}, {"flatten_chart", work}, {"place_samples", make_points}, idle("describe_shape")};
-  setup.run(stages);
+  std::string failed_in;
+  setup.run(stages, [&](const FinishedItem& item) {
+    if (item.plan.row == 2) failed_in = item.failed_in;
+  });
   CHECK(setup.sink.rows.at(2).report.status == Status::timeout);
+  CHECK(failed_in == "place_samples");
   CHECK(setup.sink.rows.at(1).report.status == Status::ok);
 }
 
@@ -430,7 +449,7 @@ struct LargeSet : Setup {
 
 }  // namespace
 
-TEST_CASE("graph: the samples of a large set reach the sink block by block") {
+TEST_CASE("sampling graph: the samples of a large set reach the sink block by block") {
   LargeSet setup;
   const GraphResult result = setup.run();
   CHECK(result.written == 1);
@@ -440,7 +459,8 @@ TEST_CASE("graph: the samples of a large set reach the sink block by block") {
   CHECK((setup.blocks.points == ModelSampler(whole).sample(test::torus(24, 12)).samples.points));
 }
 
-TEST_CASE("graph: a set that cannot be made when it is written fails as an item, the run goes on") {
+TEST_CASE(
+    "sampling graph: a set that cannot be made while it is written fails as an item, and the run continues") {
   LargeSet setup;
   setup.parameters.timeout_seconds = 3600;
   setup.blocks.before_block = [&] {
@@ -459,7 +479,7 @@ TEST_CASE("graph: a set that cannot be made when it is written fails as an item,
   CHECK(setup.blocks.failed->samples.count() == 0);
 }
 
-TEST_CASE("graph: a run that is stopped while a large set is written drops it") {
+TEST_CASE("sampling graph: stopping a run while a large set is written drops it") {
   LargeSet setup;
   setup.blocks.before_block = [&] { setup.cancelled = !setup.blocks.points.empty(); };
   const GraphResult result = setup.run();

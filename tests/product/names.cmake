@@ -4,9 +4,10 @@
 file(GLOB_RECURSE sources "${ROOT}/tests/*.cpp")
 set(wrong "")
 foreach(source ${sources})
-  file(STRINGS "${source}" lines REGEX "TEST_CASE\\(\"[^\"]*[[;]")
-  if(NOT "${lines}" STREQUAL "")
-    string(APPEND wrong "\n  ${source}")
+  file(READ "${source}" text)
+  # A name may stand on the line behind the parenthesis, and be written in parts.
+  if(text MATCHES "TEST_CASE\\([ \n]*(\"[^\"]*\"[ \n]*)*\"[^\"]*[[;]")
+    string(APPEND wrong "\n  ${source}: ${CMAKE_MATCH_0}")
   endif()
 endforeach()
 if(wrong)

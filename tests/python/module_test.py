@@ -114,7 +114,7 @@ class SameAsTheProgram(WithMeshes):
         (["--curved", "--curve", "hilbert", "--method", "direct"], dict(curved=True, curve="hilbert", method="direct")),
     ]
 
-    def test_a_file_by_its_content(self):
+    def test_a_file_has_the_rows_of_the_program(self):
         vertices, faces = bumpy_sphere()
         file = self.path / "sphere.off"
         write_off(file, vertices, faces)
@@ -127,7 +127,7 @@ class SameAsTheProgram(WithMeshes):
                 self.assert_row(meander.sample(vertices, faces, 777, content=content.hex(), threads=1, **options), store)
                 self.assert_row(meander.sample(meander.read_mesh(file), n=777, **options), store)
 
-    def test_files_with_normals_and_polygons(self):
+    def test_files_with_normals_and_polygons_have_the_rows_of_the_program(self):
         file = self.path / "cube.obj"
         lines = ["v %r %r %r" % tuple(v) for v in CUBE.tolist()]
         lines += ["vn %r %r %r" % tuple(v) for v in (2 * CUBE - 1).tolist()]
@@ -141,7 +141,7 @@ class SameAsTheProgram(WithMeshes):
         mesh = meander.read_mesh(file)
         self.assertTrue((mesh.vertices == CUBE).all() and (mesh.faces == QUADS).all())
 
-    def test_descriptors(self):
+    def test_descriptors_equal_those_of_the_program(self):
         vertices, faces = bumpy_sphere()
         write_off(self.path / "sphere.off", vertices, faces)
         store = run_program(self.path, "run", self.path / "sphere.off", "-n", 512, "--describe", "d2,pairs,basics",
@@ -153,7 +153,7 @@ class SameAsTheProgram(WithMeshes):
             for name, values in made.items():
                 self.assertEqual(f["descriptors"][name][0].tobytes(), values.tobytes(), name)
 
-    def test_surfaces(self):
+    def test_surfaces_equal_those_of_the_program(self):
         for options, arguments in [({}, []), (dict(density="gaussian", curve="peano"),
                                               ["--density", "gaussian", "--curve", "peano"])]:
             store = self.path / "surface.h5"
@@ -165,7 +165,7 @@ class SameAsTheProgram(WithMeshes):
                     self.assertEqual(f[name][0].tobytes(), getattr(samples, name).tobytes(), name)
                 self.assertEqual(f["items/area"][0], samples.area)
 
-    def test_the_bunny(self):
+    def test_the_bunny_has_the_row_of_the_program(self):
         file = SHARED / "bunny_closed.off"
         if not file.exists():
             self.skipTest("skipped: there is no " + str(file))
@@ -174,7 +174,7 @@ class SameAsTheProgram(WithMeshes):
         content = hashlib.sha256(file.read_bytes()).digest()
         self.assert_row(meander.sample(vertices, faces, content=content), store)
 
-    def test_boxes(self):
+    def test_measure_boxes_equals_the_program(self):
         vertices, faces = bumpy_sphere()
         write_off(self.path / "sphere.off", vertices, faces)
         store = run_program(self.path, "run", self.path / "sphere.off", "-n", 1000)
@@ -191,7 +191,7 @@ class SameAsTheProgram(WithMeshes):
 
 
 class Arrays(unittest.TestCase):
-    def test_equal_meshes_have_equal_samples_whatever_their_arrays(self):
+    def test_any_array_type_and_layout_gives_the_same_samples(self):
         expected = meander.sample(CUBE, QUADS, 200)
         variants = [(CUBE.astype(numpy.float32), QUADS.astype(numpy.uint8)), (CUBE.tolist(), QUADS.tolist()),
                     (numpy.asfortranarray(CUBE), QUADS.astype(numpy.int16)), (CUBE.astype(">f8"), QUADS.astype(">i8")),
@@ -206,7 +206,7 @@ class Arrays(unittest.TestCase):
         moved = meander.sample(CUBE + 1e-9, QUADS, 200)
         self.assertNotEqual(moved.content, expected.content)
 
-    def test_results(self):
+    def test_results_have_documented_types_and_shapes(self):
         s = meander.sample(CUBE, QUADS, 300)
         self.assertEqual(len(s), 300)
         for name, dtype, shape in [("points", "f4", (300, 3)), ("normals", "f4", (300, 3)), ("face_index", "u4", (300,)),
@@ -241,7 +241,7 @@ class Arrays(unittest.TestCase):
         points += 1  # they are the caller's
         self.assertTrue((points == copy + 1).all())
 
-    def test_densities_are_followed(self):
+    def test_samples_follow_the_density(self):
         one = meander.sample(CUBE, QUADS, 1000, density=[1, 0, 0, 0, 0, 3])
         self.assertEqual(set(one.face_index.tolist()), {0, 5})
         self.assertAlmostEqual((one.face_index == 5).mean(), 0.75, 2)
@@ -253,7 +253,7 @@ class Arrays(unittest.TestCase):
         self.assertEqual(float(tops.points[:, 2].min()), 1)
         self.assertAlmostEqual((two.weights * two.points[:, 0]).sum(), 1, 2)  # the square lies there twice
 
-    def test_what_makes_no_sense_is_refused_by_name_and_place(self):
+    def test_invalid_arguments_are_refused_by_name_and_index(self):
         def refused(error, pattern, *arguments, **options):
             with self.assertRaisesRegex(error, pattern):
                 meander.sample(*arguments, **options)
@@ -321,7 +321,7 @@ class Arrays(unittest.TestCase):
 
 
 class Many(unittest.TestCase):
-    def test_many_are_as_one_by_one_for_any_number_of_threads(self):
+    def test_sample_many_equals_single_calls_for_any_number_of_threads(self):
         meshes = [bumpy_sphere(6 + i, 10 + i) for i in range(40)]
         expected = [meander.sample(v, f, 256).points.tobytes() for v, f in meshes]
         for threads in (0, 1, 2, 5):
@@ -330,7 +330,7 @@ class Many(unittest.TestCase):
         self.assertEqual([s.points.tobytes() for s in meander.sample_many((m for m in meshes), 256)], expected)
         self.assertEqual(meander.sample_many([]), [])
 
-    def test_failures_stay_in_their_places(self):
+    def test_failures_keep_their_index(self):
         nan = CUBE * numpy.nan
         meshes = [(CUBE, QUADS), (nan, QUADS), (CUBE, [[0, 0, 0]]), "/nowhere.off", (CUBE, QUADS, b"1" * 32)]
         results = meander.sample_many(meshes, 64, errors="return")
@@ -343,20 +343,20 @@ class Many(unittest.TestCase):
         self.assertEqual(caught.exception.index, 1)
         self.assertEqual(len(caught.exception.results[4]), 64)
 
-    def test_what_the_iterator_raises_ends_the_call(self):
+    def test_an_exception_of_the_iterator_ends_the_call(self):
         def meshes():
             yield CUBE, QUADS
             raise KeyError("the source is gone")
         with self.assertRaisesRegex(KeyError, "the source is gone"):
             meander.sample_many(meshes())
 
-    def test_calls_from_many_threads(self):
+    def test_calls_from_many_threads_give_the_same_samples(self):
         expected = meander.sample(CUBE, QUADS, 3000).points.tobytes()
         with concurrent.futures.ThreadPoolExecutor(8) as pool:
             for points in pool.map(lambda _: meander.sample(CUBE, QUADS, 3000).points.tobytes(), range(64)):
                 self.assertEqual(points, expected)
 
-    def test_other_threads_run_meanwhile(self):
+    def test_other_python_threads_run_during_a_call(self):
         ticks, stop = [], threading.Event()
         def tick():
             while not stop.is_set():
@@ -371,7 +371,7 @@ class Many(unittest.TestCase):
         thread.join()
         self.assertGreater(sum(start < t < end for t in ticks), 3)
 
-    def test_a_signal_ends_long_work(self):
+    def test_a_signal_interrupts_long_calls(self):
         code = ("import meander, numpy, signal, sys\n"
                 "signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell may have it ignored\n"
                 "sys.path.insert(0, %r)\n"
@@ -405,7 +405,7 @@ def _sample_in_child(_):
 
 
 class Surfaces(unittest.TestCase):
-    def test_functions(self):
+    def test_surfaces_of_functions(self):
         def torus(u, v):
             a, b = 2 * numpy.pi * u, 2 * numpy.pi * v
             r = 1 + 0.5 * numpy.cos(b)
@@ -425,7 +425,7 @@ class Surfaces(unittest.TestCase):
         named = meander.surface("torus", 4000, density="mean")
         self.assertLess(abs(curved.measure - named.measure), 2e-3 * named.measure)
 
-    def test_bad_functions(self):
+    def test_invalid_functions_are_refused(self):
         for function, error, pattern in [(lambda u, v: u, ValueError, "shape"),
                                          (lambda u, v: (u, v, u / 0 * numpy.nan), ValueError, "not finite"),
                                          (lambda u, v: (u[1:], v[1:], v[1:]), ValueError, "positions for"),
@@ -440,7 +440,7 @@ class Surfaces(unittest.TestCase):
 
 @unittest.skipIf(h5py is None, "skipped: h5py is not installed")
 class Stores(WithMeshes):
-    def test_rows_and_data_sets(self):
+    def test_a_store_gives_rows_and_data_sets(self):
         for i in range(5):
             write_off(self.path / ("m%d.off" % i), *bumpy_sphere(6 + i, 12))
         (self.path / "broken.off").write_text("OFF\nnothing\n")
@@ -487,7 +487,7 @@ class Stores(WithMeshes):
             meander.open_store(self.path / "other.h5")
 
 
-    def test_columns_of_choice(self):
+    def test_chosen_columns_are_read(self):
         names = ("x", "y", "z", "height", "place_0", "place_1")
         corners = [(a, b, c) for a in (0, 1) for b in (0, 1) for c in (0, 2)]
         faces = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
@@ -512,7 +512,7 @@ class Stores(WithMeshes):
             with self.assertRaisesRegex(ValueError, "no normals"):
                 s.dataset()
 
-    def test_classes_and_their_names(self):
+    def test_classes_are_read_with_their_names(self):
         folder = self.path / "parts"
         folder.mkdir()
         square = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
@@ -534,7 +534,7 @@ class Stores(WithMeshes):
             self.assertEqual([s.lacks(row) for row in range(3)], [[], ["attributes/object"], ["attributes/object"]])
 
 
-    def test_notes_of_rows(self):
+    def test_notes_of_rows_are_read(self):
         folder = self.path / "noted"
         folder.mkdir()
         triangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
@@ -550,7 +550,7 @@ class Stores(WithMeshes):
 
 
 class Documentation(unittest.TestCase):
-    def test_stubs_and_docstrings_name_what_there_is(self):
+    def test_stubs_and_docstrings_match_the_functions(self):
         stubs = (Path(meander.__file__).parent / "__init__.pyi").read_text()
         for name in meander.__all__:
             thing = getattr(meander, name)

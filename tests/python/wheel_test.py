@@ -78,12 +78,12 @@ class Wheel(unittest.TestCase):
         assert done.returncode == 0, "%s\n%s" % (command, done.stdout)
         return done.stdout
 
-    def test_it_asks_nothing_of_a_system_but_what_its_tag_says(self):
+    def test_requires_only_the_system_libraries_of_its_tag(self):
         problems, report = distribution.check_wheel(self.wheel)
         self.assertEqual(problems, [])
         print("\n".join(report))
 
-    def test_the_check_finds_what_is_not_brought_and_what_is_not_hidden(self):
+    def test_the_check_finds_missing_libraries_and_exported_symbols(self):
         library = elf.Elf(BUILD / "python/meander/libmeander.so")
         problems = "\n".join(elf.problems_of([library], "meander_s"))
         self.assertIn("libmeander.so needs libtbb.so.12", problems)
@@ -96,7 +96,7 @@ class Wheel(unittest.TestCase):
                           ("GLIBC_2.2.5", "GLIBC_2.36", "GLIBCXX_3.4.21", "GLIBCXX_3.4.30", "GLIBCXX_3.4.99", "GCC_3.0")],
                          [2, 36, 0, 35, 999, 0])
 
-    def test_pip_makes_the_same_bytes_of_the_sources(self):
+    def test_pip_builds_identical_bytes_from_the_sources(self):
         sources = distribution.make_sources(self.folder)
         self.run_it(sys.executable, "-m", "pip", "wheel", "--no-index", "--no-deps", "-w", "again", sources)
         self.assertEqual((self.folder / "again" / self.wheel.name).read_bytes(), self.wheel.read_bytes())
@@ -106,7 +106,7 @@ class Wheel(unittest.TestCase):
         self.assertIn("Name: meander-sampling\n", (unpacked / "PKG-INFO").read_text())
         self.run_it("cmake", "-S", unpacked, "-B", self.folder / "configured", "-G", "Ninja", "-DMEANDER_TESTS=OFF")
 
-    def test_it_says_what_is_in_it(self):
+    def test_lists_every_file_with_its_hash_and_all_licenses(self):
         names = self.archive.namelist()
         [information] = {name.split("/")[0] for name in names if ".dist-info/" in name}
         lines = self.archive.read(information + "/RECORD").decode().splitlines()
@@ -126,7 +126,7 @@ class Wheel(unittest.TestCase):
             self.assertIn(package, licenses)
         self.assertEqual({entry.date_time for entry in self.archive.infolist()}, {(1980, 1, 1, 0, 0, 0)})
 
-    def test_the_program_and_the_package_are_those_of_the_build(self):
+    def test_contains_the_program_and_package_of_the_build(self):
         version = self.run_it(BUILD / "jobs/meander", "--version")
         self.assertEqual(self.run_it(self.folder / "venv/bin/meander", "--version"), version)
         self.run_it(self.python, "-c", "import sys, meander\nassert meander.__file__.startswith(sys.prefix)\n"
@@ -137,7 +137,7 @@ class Wheel(unittest.TestCase):
             self.assertEqual(len(loaded), 1, loaded)
             self.assertIn("/venv/lib/python3", loaded.pop())
 
-    def test_a_library_that_all_modules_see_does_not_take_the_place_of_its_own(self):
+    def test_a_globally_loaded_library_does_not_replace_its_own(self):
         trace = self.folder / "bindings"
         self.run_it("env", "LD_DEBUG=bindings", "LD_DEBUG_OUTPUT=%s" % trace, self.python, "-c",
                     "import ctypes, meander\nctypes.CDLL(%r, ctypes.RTLD_GLOBAL)\n" % str(SYSTEM_TBB) + SAMPLE)
@@ -150,7 +150,7 @@ class Wheel(unittest.TestCase):
             self.assertTrue(any("/libtbb-" in target for target in targets), targets)
             self.assertNotIn(str(SYSTEM_TBB), targets)
 
-    def test_it_works_beside_others_whichever_comes_first(self):
+    def test_works_with_other_packages_in_any_import_order(self):
         for name, use in OTHERS.items():
             if importlib.util.find_spec(name) is None:
                 continue

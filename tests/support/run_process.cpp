@@ -6,10 +6,12 @@
 #include <unistd.h>
 
 #include <array>
+#include <condition_variable>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
+#include <mutex>
 #include <random>
 #include <sstream>
 #include <stdexcept>
@@ -66,16 +68,27 @@ ProcessResult run_process(const std::vector<std::string>& arguments, const Proce
     execv(argv[0], argv.data());
     _exit(127);
   }
+  std::mutex mutex;
+  std::condition_variable exited;
+  bool has_exited = false;
   std::thread killer;
   if (options.signal_after)
     killer = std::thread([&] {
-      std::this_thread::sleep_for(*options.signal_after);
-      kill(child, options.send_signal);
+      std::unique_lock lock(mutex);
+      if (!exited.wait_for(lock, *options.signal_after, [&] { return has_exited; }))
+        kill(child, options.send_signal);
     });
   // The process id is not reused until the child is reaped below, so a late signal reaches no other process.
   siginfo_t info{};
   waitid(P_PID, static_cast<id_t>(child), &info, WEXITED | WNOWAIT);
-  if (killer.joinable()) killer.join();
+  if (killer.joinable()) {
+    {
+      const std::lock_guard lock(mutex);
+      has_exited = true;
+    }
+    exited.notify_one();
+    killer.join();
+  }
   int status = 0;
   rusage usage{};
   wait4(child, &status, 0, &usage);

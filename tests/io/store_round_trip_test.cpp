@@ -74,7 +74,7 @@ void check_round_trip(const StoreHeader& header) {
 
 }  // namespace
 
-TEST_CASE("store: rows come back, whatever N and the compression") {
+TEST_CASE("store: rows survive a round trip, whatever N and the compression") {
   for (const Compression compression : {Compression::standard, Compression::none}) {
     check_round_trip(make_header(700, 1, compression));
     check_round_trip(make_header(700, 7, compression));
@@ -84,18 +84,20 @@ TEST_CASE("store: rows come back, whatever N and the compression") {
   }
 }
 
-TEST_CASE("store: several journals") { check_round_trip(make_header(4096 * 2 + 300, 3)); }
+TEST_CASE("store: rows of several journals survive a round trip") {
+  check_round_trip(make_header(4096 * 2 + 300, 3));
+}
 
-TEST_CASE("store: a single row") {
+TEST_CASE("store: a single row survives a round trip") {
   for (const std::uint32_t samples : {1u, 3000u}) {
     check_round_trip(make_header(1, samples));
     check_round_trip(make_header(2, samples));
   }
 }
 
-TEST_CASE("store: no rows at all") { check_round_trip(make_header(0, 16)); }
+TEST_CASE("store: a store without rows can be read") { check_round_trip(make_header(0, 16)); }
 
-TEST_CASE("store: no descriptors, no classes") {
+TEST_CASE("store: a store without descriptors and classes can be read") {
   StoreHeader header = make_header(20, 5);
   header.descriptors.clear();
   header.label_names.clear();
@@ -103,7 +105,7 @@ TEST_CASE("store: no descriptors, no classes") {
   check_round_trip(header);
 }
 
-TEST_CASE("store: many classes and a wide descriptor") {
+TEST_CASE("store: many classes and a wide descriptor survive a round trip") {
   StoreHeader header = make_header(30, 5);
   for (int i = 0; i < 6000; ++i) header.label_names.push_back("class number " + std::to_string(i));
   header.parameters_json = "{\"text\":\"" + std::string(70000, 'x') + "\"}";
@@ -111,7 +113,7 @@ TEST_CASE("store: many classes and a wide descriptor") {
   check_round_trip(header);
 }
 
-TEST_CASE("store: the id of every row is found, others are not") {
+TEST_CASE("store: the id of every row is found, other ids are not") {
   const ScratchFolder folder;
   const StoreHeader header = make_header(5000, 1);
   write_store(folder / "s.h5", header);
@@ -133,7 +135,7 @@ TEST_CASE("store: ids that are not UTF-8 are kept byte for byte") {
   for (std::uint64_t row = 0; row < 3; ++row) CHECK(reader.id(row) == header.ids[row]);
 }
 
-TEST_CASE("store: a header without splits says none for every row") {
+TEST_CASE("store: without splits in the header every row has the split none") {
   const ScratchFolder folder;
   StoreHeader header = make_header(3, 4);
   const std::string with = store_bytes(header);
@@ -146,7 +148,7 @@ TEST_CASE("store: a header without splits says none for every row") {
 
 // tests/support/version1_store.h5 was written by the last program of format version 1: two models and an
 // empty file, eight samples each, d2.
-TEST_CASE("reader: a store of format version 1 is whole and lacks what came later") {
+TEST_CASE("reader: a store of format version 1 is valid and lacks later columns") {
   const std::filesystem::path path =
       std::filesystem::path(MEANDER_SOURCE_DIR) / "tests/support/version1_store.h5";
   CHECK(verify_store(path).problems == std::vector<std::string>{});

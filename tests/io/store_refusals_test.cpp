@@ -154,7 +154,7 @@ TEST_CASE("run: other parameters and other items are refused by name") {
   CHECK(refusal(folder / "s.h5", header).second == 2);
 }
 
-TEST_CASE("run: a damaged plan is refused at every byte") {
+TEST_CASE("run: a plan damaged at any byte is refused") {
   const StoreHeader header = make_header(2, 4);
   const ScratchFolder folder;
   { const RunDirectory run(folder / "s.h5", header); }
@@ -170,8 +170,7 @@ TEST_CASE("run: a damaged plan is refused at every byte") {
   }
 }
 
-TEST_CASE(
-    "run: one that another version began is refused with a sentence, its plan as that of a shard is read") {
+TEST_CASE("run: a run begun by another version is refused with a message, its plan as a shard's is read") {
   const StoreHeader header = make_header(2, 4);
   const ScratchFolder folder;
   REQUIRE(begun_plan(folder / "s.h5", header).starts_with("meander plan 7\n"));
@@ -189,7 +188,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("run: one that the version before began is continued, whatever it was begun to do") {
+TEST_CASE("run: a run begun by the version before is continued, whatever its purpose") {
   StoreHeader header = make_header(2, 4);
   StoreColumns columns{.tensors = true, .asked = ColumnSet(&Samples::rgb, &Samples::texcoord)};
   columns.left_out = ColumnSet(&Samples::density, &Samples::tensor_direction, &Samples::tensor_spacing);
@@ -224,7 +223,7 @@ TEST_CASE("run: one that the version before began is continued, whatever it was 
   CHECK_THROWS_AS(read_run_plan(folder / "s.h5"), RunError);
 }
 
-TEST_CASE("run: a plan whose checksum is right and whose numbers are wrong is refused") {
+TEST_CASE("run: a plan with a valid checksum and wrong counts is refused") {
   const StoreHeader header = make_header(2, 4);
   const ScratchFolder folder;
   const std::string plan = begun_plan(folder / "s.h5", header);
@@ -258,14 +257,14 @@ TEST_CASE("run: a plan whose checksum is right and whose numbers are wrong is re
   }
 }
 
-TEST_CASE("run: a folder that is not there is unusable") {
+TEST_CASE("run: a missing folder is an error") {
   const ScratchFolder folder;
   const auto [message, kind] = refusal(folder / "nowhere/s.h5", make_header(2, 4));
   CHECK(kind == 0);
   CHECK_THAT(message, Catch::Matchers::ContainsSubstring("No such file or directory"));
 }
 
-TEST_CASE("run: headers and rows that contradict themselves are bugs of ours") {
+TEST_CASE("run: contradictory headers and rows are internal errors") {
   const ScratchFolder folder;
   StoreHeader header = make_header(4, 2);
   std::swap(header.ids[1], header.ids[2]);
@@ -289,7 +288,7 @@ TEST_CASE("run: headers and rows that contradict themselves are bugs of ours") {
   CHECK_THROWS_AS(run.end_item(encoded), ItemError);
 }
 
-TEST_CASE("run: links that lead nowhere are refused at once") {
+TEST_CASE("run: dangling links are refused at once") {
   const ScratchFolder folder;
   const StoreHeader header = make_header(5, 2);
   fs::create_symlink(folder / "nowhere", folder / "s.h5.run");

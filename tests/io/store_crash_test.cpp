@@ -61,13 +61,13 @@ TEST_CASE("run: the bytes of the store do not depend on the order of arrival") {
     }
 }
 
-TEST_CASE("run: only the store is left when it is finished") {
+TEST_CASE("run: only the store is left when the run is finished") {
   const ScratchFolder folder;
   write_store(folder / "s.h5", make_header(10, 3));
   CHECK(names_in(folder.path()) == std::vector<std::string>{"s.h5"});
 }
 
-TEST_CASE("run: stopped and continued after every single row") {
+TEST_CASE("run: stopped after every single row, it resumes to identical bytes") {
   for (const std::uint32_t samples : {4u, 1400u}) {
     const StoreHeader header = make_header(40, samples);
     const std::string expected = store_bytes(header);
@@ -87,7 +87,7 @@ TEST_CASE("run: stopped and continued after every single row") {
   }
 }
 
-TEST_CASE("run: stopped and continued with several journals, some of them full") {
+TEST_CASE("run: stopped with several journals, some of them full, it resumes to identical bytes") {
   const StoreHeader header = make_header(4096 + 4096 + 50, 2);
   const std::string expected = store_bytes(header);
   const ScratchFolder folder;
@@ -102,7 +102,7 @@ TEST_CASE("run: stopped and continued with several journals, some of them full")
   CHECK((finish_run(folder / "s.h5", header) == expected));
 }
 
-TEST_CASE("run: the journal cut off at every byte") {
+TEST_CASE("run: a journal cut off at every byte keeps its complete rows") {
   const StoreHeader header = make_header(6, 2);
   const std::string expected = store_bytes(header);
   const ScratchFolder folder;
@@ -154,7 +154,7 @@ TEST_CASE("run: one flipped bit in the journal costs rows, never the result") {
   }
 }
 
-TEST_CASE("run: a damaged record costs its own row, and those behind it where its header is damaged") {
+TEST_CASE("run: a damaged record costs its row, and the rows after it if its header is damaged") {
   const StoreHeader header = make_header(5, 2);
   const std::string expected = store_bytes(header);
   const ScratchFolder folder;
@@ -210,7 +210,7 @@ TEST_CASE("run: rows that end twice do no harm") {
   CHECK((finish_run(folder / "s.h5", header) == expected));
 }
 
-TEST_CASE("run: what a kill while the store is written leaves is cleared up") {
+TEST_CASE("run: leftovers of a kill while the store was written are removed") {
   const StoreHeader header = make_header(4096 + 20, 2);
   const std::string expected = store_bytes(header);
   const ScratchFolder folder;
@@ -228,7 +228,7 @@ TEST_CASE("run: what a kill while the store is written leaves is cleared up") {
   CHECK(names_in(folder.path()) == std::vector<std::string>{"s.h5"});
 }
 
-TEST_CASE("run: killed when all rows were done, it is finished by the next process") {
+TEST_CASE("run: killed after its last row, it is finished by the next process") {
   const StoreHeader header = make_header(30, 2);
   const std::string expected = store_bytes(header);
   const ScratchFolder folder;
@@ -246,7 +246,7 @@ TEST_CASE("run: killed when all rows were done, it is finished by the next proce
   CHECK((read_file(folder / "s.h5") == expected));
 }
 
-TEST_CASE("run: a store is written from its journals, with the bytes of one that is merged") {
+TEST_CASE("run: a store written from journals has the bytes of a merged one") {
   struct Size {
     std::uint64_t rows;
     std::uint32_t samples;
@@ -295,7 +295,7 @@ TEST_CASE("run: a store is written from its journals, with the bytes of one that
     }
 }
 
-TEST_CASE("run: a journal that is cut off under a run is named, and nothing that looks complete is written") {
+TEST_CASE("run: a journal truncated during a run is named, and no store is written") {
   const StoreHeader header = make_header(4096 + 20, 2);
   const std::string expected = store_bytes(header);
   const ScratchFolder folder;
@@ -319,7 +319,7 @@ TEST_CASE("run: a journal that is cut off under a run is named, and nothing that
   CHECK((finish_run(folder / "s.h5", header) == expected));
 }
 
-TEST_CASE("run: killed while its folder is set up") {
+TEST_CASE("run: killed while its folder is set up, it starts anew") {
   const StoreHeader header = make_header(9, 2);
   const std::string expected = store_bytes(header);
   for (const int stage : {0, 1, 2}) {
@@ -371,7 +371,7 @@ TEST_CASE("run: suspects are the rows that were begun and never ended") {
   CHECK(run.suspects().size() == 2);
 }
 
-TEST_CASE("run: a second process is stopped, a lock left by a dead one is ignored") {
+TEST_CASE("run: a second process is refused, the lock of a dead one is ignored") {
   const StoreHeader header = make_header(5, 2);
   const ScratchFolder folder;
   {
@@ -391,14 +391,14 @@ TEST_CASE("run: a second process is stopped, a lock left by a dead one is ignore
   CHECK(refusal(folder / "s.h5", header).second == 2);
 }
 
-TEST_CASE("run: a store that is there is replaced in one step") {
+TEST_CASE("run: an existing store is replaced in one step") {
   const ScratchFolder folder;
   write_store(folder / "s.h5", make_header(10, 3));
   const StoreHeader header = make_header(7, 2);
   CHECK((finish_run(folder / "s.h5", header) == store_bytes(header)));
 }
 
-TEST_CASE("discard_run: removes the run and what was left of others, and no store") {
+TEST_CASE("discard_run: removes the run and leftovers of others, and no store") {
   const ScratchFolder folder;
   discard_run(folder / "s.h5");
   write_store(folder / "s.h5", make_header(10, 3));
@@ -410,7 +410,7 @@ TEST_CASE("discard_run: removes the run and what was left of others, and no stor
   CHECK(names_in(folder.path()) == std::vector<std::string>{"s.h5", "s.h5.part-1.off", "s.h5x"});
 }
 
-TEST_CASE("run: what belongs to the store is written before the run is forgotten") {
+TEST_CASE("run: reports beside the store are written before the run is forgotten") {
   const StoreHeader header = make_header(9, 2);
   const ScratchFolder folder;
   {
@@ -430,7 +430,7 @@ TEST_CASE("run: what belongs to the store is written before the run is forgotten
   CHECK((read_file(folder / "s.h5") == store_bytes(header)));
 }
 
-TEST_CASE("tidy_store: removes what killed processes left, and nothing of a run that goes on") {
+TEST_CASE("tidy_store: removes leftovers of killed processes, and nothing of a running one") {
   const StoreHeader header = make_header(5, 2);
   const ScratchFolder folder;
   write_store(folder / "s.h5", header);
@@ -449,7 +449,7 @@ TEST_CASE("tidy_store: removes what killed processes left, and nothing of a run 
   CHECK(names_in(folder.path()) == std::vector<std::string>{"s.h5", "s.h5.part-9.off"});
 }
 
-TEST_CASE("run: killed by SIGKILL at random moments") {
+TEST_CASE("run: killed by SIGKILL at random moments, it resumes to identical bytes") {
   const StoreHeader header = make_header(4096 + 700, 40);
   const ScratchFolder folder;
   const fs::path store = folder / "s.h5";

@@ -61,7 +61,7 @@ std::uint64_t ok_row(const StoreHeader& header) {
 
 }  // namespace
 
-TEST_CASE("blocks: the store is that of rows that were encoded as a whole") {
+TEST_CASE("blocks: a store written in blocks equals one of rows encoded as a whole") {
   for (const Compression compression : {Compression::standard, Compression::none})
     for (const std::uint32_t samples : thinned(2, std::vector{1400u, 200003u, 65536u})) {
       const StoreHeader header = header_of(6, samples, compression);
@@ -115,7 +115,7 @@ TEST_CASE("blocks: a row whose blocks fail changes nothing and can be ended with
   CHECK(run.status(row) == Status::timeout);
 }
 
-TEST_CASE("blocks: a journal that ends within a row, or before its head was written, loses that row alone") {
+TEST_CASE("blocks: a journal that ends within a row, or before its head, loses that row alone") {
   const StoreHeader header = header_of(6, 140000, Compression::none);
   const std::uint64_t row = ok_row(header), other = row + 1;
   const Row made = make_row(header, row);
@@ -141,7 +141,7 @@ TEST_CASE("blocks: a journal that ends within a row, or before its head was writ
   }
 }
 
-TEST_CASE("blocks: stores with descriptors, chunks of several rows, and rows that are not ok have none") {
+TEST_CASE("blocks: rows with descriptors, in chunks of several rows, or not ok have no blocks") {
   const Row made = make_row(header_of(6, 2000, Compression::none), 0);
   CHECK_THROWS_AS(encode_row_in_blocks(make_header(6, 2000), 0, made.report, {}), ItemError);
   CHECK_THROWS_AS(encode_row_in_blocks(header_of(600, 100, Compression::none), 0, made.report, {}),

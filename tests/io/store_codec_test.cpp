@@ -94,7 +94,7 @@ class OneChunk {
 
 }  // namespace
 
-TEST_CASE("crc32c: published test vectors") {
+TEST_CASE("crc32c: matches published test vectors") {
   CHECK(crc32c(bytes_of("123456789")) == 0xE3069283u);
   CHECK(crc32c(bytes_of("")) == 0u);
   CHECK(crc32c(std::span<const std::byte>(std::vector<std::byte>(32, std::byte{0}))) ==
@@ -102,7 +102,7 @@ TEST_CASE("crc32c: published test vectors") {
   CHECK(crc32c(std::span<const std::byte>(std::vector<std::byte>(32, std::byte{0xFF}))) == 0x62A8AB43u);
 }
 
-TEST_CASE("crc32c: every length agrees with the bit-by-bit form, whole or in two parts") {
+TEST_CASE("crc32c: every length matches the bit-by-bit form, whole or in two parts") {
   const std::vector<std::byte> bytes = random_bytes(10000, 1);
   const std::span<const std::byte> all(bytes);
   for (std::size_t length = 0; length < bytes.size(); length += length < 40 ? 1 : 617) {
@@ -112,7 +112,7 @@ TEST_CASE("crc32c: every length agrees with the bit-by-bit form, whole or in two
   }
 }
 
-TEST_CASE("fletcher32: agrees with the definition for every length and for extreme bytes") {
+TEST_CASE("fletcher32: matches the definition for every length and for extreme bytes") {
   for (std::size_t length = 0; length < 70000; length += length < 20 ? 1 : 4099) {
     const auto bytes = random_bytes(length, length);
     CHECK(store::fletcher32(bytes) == slow_fletcher32(bytes));
@@ -122,7 +122,7 @@ TEST_CASE("fletcher32: agrees with the definition for every length and for extre
   }
 }
 
-TEST_CASE("chunk codec: the library reads our chunks, we read those of the library") {
+TEST_CASE("chunk codec: HDF5 reads our chunks, we read the chunks of HDF5") {
   const hid_t text = H5Tcopy(H5T_C_S1);
   H5Tset_size(text, 37);
   for (const Compression compression : {Compression::standard, Compression::none})
@@ -198,7 +198,7 @@ TEST_CASE("row codec: decoding gives the row back") {
     }
 }
 
-TEST_CASE("row codec: arrays of the wrong size are bugs of ours") {
+TEST_CASE("row codec: arrays of the wrong size are internal errors") {
   const StoreHeader header = make_header(10, 16);
   std::uint64_t number = 0;
   while (make_row(header, number).report.status != Status::ok) ++number;
@@ -226,7 +226,7 @@ TEST_CASE("row codec: arrays of the wrong size are bugs of ours") {
   CHECK(encode_row(header, number, swapped).bytes == encode_row(header, number, good).bytes);
 }
 
-TEST_CASE("row codec: one changed bit of an encoded row is noticed") {
+TEST_CASE("row codec: one changed bit of an encoded row is detected") {
   const StoreHeader header = make_header(10, 4);
   const EncodedRow good = make_encoded(header, 1);
   for (std::size_t i = 0; i < good.bytes.size(); ++i) {
@@ -250,7 +250,7 @@ TEST_CASE("reasons: one line of valid UTF-8 of bounded length") {
   CHECK(clean.size() % 3 == 0);
 }
 
-TEST_CASE("schema: the table in docs/STORE.md is the one of the code") {
+TEST_CASE("schema: the table in docs/STORE.md matches the code") {
   const std::string page = read_file(std::filesystem::path(MEANDER_SOURCE_DIR) / "docs" / "STORE.md");
   const std::string table = store::layout_markdown();
   INFO("the table of the code is\n" << table);

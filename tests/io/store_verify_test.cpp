@@ -79,7 +79,7 @@ TEST_CASE("verify: every single flipped bit of a small store is found") {
   CHECK(verify_store(store).problems.empty());
 }
 
-TEST_CASE("verify: every length but the right one is found") {
+TEST_CASE("verify: every wrong file length is found") {
   const ScratchFolder folder;
   const fs::path store = folder / "s.h5";
   write_store(store, make_header(3, 2));
@@ -96,7 +96,7 @@ TEST_CASE("verify: every length but the right one is found") {
   CHECK(verify_store(store).problems.size() == 1);
 }
 
-TEST_CASE("verify: wrong contents in a file whose bytes are whole") {
+TEST_CASE("verify: wrong contents are found where all checksums match") {
   const StoreHeader header = make_header(30, 300);
   const ScratchFolder folder;
   write_store(folder / "good.h5", header);
@@ -166,7 +166,7 @@ TEST_CASE("verify: wrong contents in a file whose bytes are whole") {
              ContainsSubstring("row 11") && ContainsSubstring("does not come after"));
 }
 
-TEST_CASE("verify: values outside the range of their column in a file whose bytes are whole") {
+TEST_CASE("verify: values outside the range of their column are found where all checksums match") {
   const StoreHeader header = make_header(30, 300);
   const ScratchFolder folder;
   write_store(folder / "good.h5", header);
@@ -211,7 +211,7 @@ TEST_CASE("verify: values outside the range of their column in a file whose byte
   check("/normals", {ok, 3, 2}, 2.0f, "of length");
 }
 
-TEST_CASE("verify: wrong contents of rows of many chunks, which are checked some chunks at a time") {
+TEST_CASE("verify: wrong contents are found in rows of many chunks, which are checked piecewise") {
   // Rows of 19 MB are checked one by one; 7 chunks in each dataset.
   StoreHeader header = make_header(4, 400001, Compression::none);
   header.descriptors.resize(1);
@@ -289,7 +289,7 @@ TEST_CASE("verify: progress ends at the number of rows") {
   CHECK(last == 30);
 }
 
-TEST_CASE("export_pointnet: ok rows with a class, in shards of each part, with their lists") {
+TEST_CASE("export_pointnet: ok rows with a class are written in shards per split, with their lists") {
   const StoreHeader header = make_header(150, 20);
   const ScratchFolder folder;
   write_store(folder / "s.h5", header);
@@ -353,7 +353,7 @@ TEST_CASE("export_pointnet: ok rows with a class, in shards of each part, with t
   CHECK(read_file(folder / "out/pointnet/shape_names.txt") == "airplane\nchair\n\xC3\xA9tag\xC3\xA8re\n");
 }
 
-TEST_CASE("export_pointnet: as stored or in coordinates of the files, and each shard says which") {
+TEST_CASE("export_pointnet: shards say whether they hold stored or file coordinates") {
   const StoreHeader header = make_header(150, 20);
   const ScratchFolder folder;
   write_store(folder / "s.h5", header);
@@ -386,7 +386,7 @@ TEST_CASE("export_pointnet: as stored or in coordinates of the files, and each s
   }
 }
 
-TEST_CASE("export_pointnet: a second export leaves nothing of the first, and nothing else is touched") {
+TEST_CASE("export_pointnet: a second export removes only the files of the first") {
   StoreHeader header = make_header(60, 5);
   const ScratchFolder folder;
   write_store(folder / "s.h5", header);
@@ -418,7 +418,7 @@ TEST_CASE("export_pointnet: without any class nothing is written") {
   CHECK_FALSE(fs::exists(folder / "out"));
 }
 
-TEST_CASE("export_pointnet: more classes than the format holds, folders that cannot be made") {
+TEST_CASE("export_pointnet: too many classes and folders that cannot be created are errors") {
   StoreHeader header = make_header(5, 4);
   for (int i = 0; i < 300; ++i) header.label_names.push_back("class " + std::to_string(i));
   const ScratchFolder folder;

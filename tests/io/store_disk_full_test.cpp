@@ -58,7 +58,7 @@ bool in_child(const std::function<bool()>& body) {
 
 }  // namespace
 
-TEST_CASE("disk full: stopped at every stage, continued in the same process and in the next") {
+TEST_CASE("disk full: stopped at every stage, a run continues in the same process and in the next") {
   for (const std::uint32_t samples : {100u, 1500u}) {
     const StoreHeader header = make_header(samples == 100 ? 300 : 30, samples);
     const std::string expected = store_bytes(header);
@@ -98,7 +98,7 @@ TEST_CASE("disk full: stopped at every stage, continued in the same process and 
   }
 }
 
-TEST_CASE("disk full: a limit on the size of files stops the run, lifting it is enough") {
+TEST_CASE("disk full: a file size limit stops the run, which continues once it is lifted") {
   for (const std::uint32_t samples : {100u, 1500u}) {
     const StoreHeader header = make_header(samples == 100 ? 300 : 30, samples);
     const std::string expected = store_bytes(header);
