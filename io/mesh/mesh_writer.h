@@ -34,7 +34,8 @@ std::string written_values_problem(MeshFormat format, bool colors, bool texcoord
 // read back to the same double. OFF and OBJ: colours in [0, 1] behind the coordinates, of OFF (COFF) with an
 // opacity; OBJ: `vt` of the vertices that have texture coordinates, faces with them where all three have. An
 // AtomicFile: its name is that of a whole file at every moment. Throws FileError, std::invalid_argument for
-// other formats, for arrays that do not fit, and values that the format cannot hold. O(V + F), 1 MiB of buffer.
+// other formats, for arrays that do not fit, and values that the format cannot hold. O(V + F), 1 MiB of
+// buffer.
 void write_mesh(const std::filesystem::path& path, MeshFormat format, std::span<const double> x,
                 std::span<const double> y, std::span<const double> z,
                 std::span<const std::uint32_t> triangles, const WrittenValues& values = {});

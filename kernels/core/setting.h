@@ -138,7 +138,8 @@ class SettingList {
   Item& flag(std::string name, std::string option, At at, std::string help) {
     return number(std::move(name), std::move(option), at, 0, 0, std::move(help));
   }
-  // Adds a choice among the words for the values of an enum (words.h); the words must live as long as the list.
+  // Adds a choice among the words for the values of an enum (words.h); the words must live as long as the
+  // list.
   template <class At, class Words>
   Item& word(std::string name, std::string option, At at, const Words& words, std::string help) {
     Item& item = text(
@@ -210,9 +211,9 @@ using GivenSettings = std::set<std::string, std::less<>>;
 // setting is now given. `name`: the member that names go by, Setting::name or Setting::keyword. Adds a
 // sentence for every setting that was changed and does not act. Returns a name that no setting has, or "".
 template <class Settings, class Given, class Take>
-std::string take_named(std::span<const SettingList<Settings>* const> lists,
-                       std::string Setting<Settings>::*name, const Given& given, const Settings& settings,
-                       std::vector<std::string>& problems, const Take& take) {
+std::string take_named(std::span<const SettingList<Settings>* const> lists, std::string SettingTexts::*name,
+                       const Given& given, const Settings& settings, std::vector<std::string>& problems,
+                       const Take& take) {
   const Settings defaults = settings;
   std::vector<const Setting<Settings>*> taken;
   std::set<std::string_view> known;

@@ -157,7 +157,7 @@ double geodesic(const DescribeParameters& parameters, const ModelSizes& sizes) {
 // all components at most as many vertices as are allowed.
 double shapedna(const DescribeParameters&, const ModelSizes& sizes) {
   constexpr double bytes_per_remeshed_triangle = 120, bytes_per_vertex = 360, basis_vectors = 110;
-  constexpr double most_vertices = shape_dna_most_vertices, vertices_per_triangle = 3;  // of soups
+  constexpr double most_vertices = shape_dna_max_vertices, vertices_per_triangle = 3;  // of soups
   constexpr double bytes_per_factor_entry = 12;
   const double vertices =
       std::min(most_vertices, shape_dna_samples + vertices_per_triangle * sizes.triangles);

@@ -14,7 +14,8 @@ template <class Parameters>
 using Lists = std::span<const SettingList<Parameters>* const>;
 
 Lists<SampleParameters> sampler_lists() {
-  static const SampleSettings* const lists[] = {&point_settings(), &value_settings(), &collection_settings()};
+  static const SampleSettings* const lists[] = {&point_settings(), &value_settings(), &column_settings(),
+                                                &collection_settings()};
   return lists;
 }
 

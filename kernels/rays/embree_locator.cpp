@@ -213,7 +213,7 @@ Located locate_with_embree(const EmbreeDevice& device, const PreparedMesh& mesh,
 double locate_bytes(const LocateParameters& parameters, double triangles) {
   constexpr double bytes_per_scene_triangle = 150;  // Embree's buffers and tree
   constexpr double bytes_per_leaf = 64;
-  const double leaves = most_leaves_per_mass(parameters.curve.kind) * parameters.curve.leaves_per_sample *
+  const double leaves = max_leaves_per_mass(parameters.curve.kind) * parameters.curve.leaves_per_sample *
                             static_cast<double>(parameters.samples) +
                         triangles;
   return triangles * bytes_per_scene_triangle + conflict_bytes(triangles) + leaves * bytes_per_leaf;

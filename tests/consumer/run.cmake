@@ -28,9 +28,6 @@ example(sample_mesh "ply\nformat ascii 1.0\nelement vertex 2000\n" "\n${number}(
 example(sample_many "6: zero_area: " "\n16000 points")
 example(compare_shapes "thin +0.000 " " 0.000")
 example(sample_surface "${number} ${number} ${number}\n" "${number} ${number} ${number}")
-if(SANITIZED)
-  return()
-endif()
 
 # The rest of an installation: it runs with the libraries beside it, and has its pages and its Python package.
 step(${CMAKE_COMMAND} --install ${BUILD} --prefix ${WORK}/prefix --component libraries)

@@ -9,7 +9,7 @@
 #include "io/plot/png_writer.h"
 #include "io/run_error.h"
 #include "io/store/run_directory.h"
-#include "io/table/csv_writer.h"
+#include "io/table/table.h"
 #include "support/catch.h"
 #include "support/mesh_files.h"
 #include "support/test_meshes.h"
@@ -84,7 +84,8 @@ TEST_CASE("file kind: meshes of every format are recognized") {
   CHECK(kind(MeshFile::stl_ascii) == mesh_kind(MeshFormat::stl));
   CHECK(kind(MeshFile::stl_binary) == mesh_kind(MeshFormat::stl));
   CHECK(kind_of("# made by hand\nOFF 3 1 0\n0 0 0\n") != FileKind::off_points);
-  CHECK(kind_of("OFF # comment\n# another\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n") == mesh_kind(MeshFormat::off));
+  CHECK(kind_of("OFF # comment\n# another\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n") ==
+        mesh_kind(MeshFormat::off));
 }
 
 TEST_CASE("file kind: files of other programs are not recognized as our own") {

@@ -186,7 +186,7 @@ TEST_CASE("run: an archive in an archive is a folder, one level deep, and deeper
   CHECK(named.exit_code == 3);
   CHECK(ids_of(scratch / "named.h5") == Ids{"ok/y/x/a.off"});
   CHECK_THAT(named.err,
-             ContainsSubstring("/c/ok.zip/y.zip/deep/z.zip`: it is in an archive that is in an archive") &&
+             ContainsSubstring("/c/ok.zip/y.zip/deep/z.zip`: it is in an archive inside an archive") &&
                  ContainsSubstring("/c/ok.zip/none.tar`: this is no tar archive"));
   CHECK_THAT(named.out, ContainsSubstring("unread folders               2"));
   CHECK(run_models({scratch / "c/ok.zip"}, scratch / "as_argument.h5").exit_code == 3);

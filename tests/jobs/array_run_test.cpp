@@ -333,7 +333,7 @@ TEST_CASE("array: options that the plan fixes are refused for a task, and planne
     CHECK(result.exit_code == 2);
     CHECK(contains(result.err, why));
   };
-  fails({"run", scene.run, "--shard", "0/2", "--seed", "1"}, "--seed: the plan");
+  fails({"run", scene.run, "--shard", "0/2", "--seed", "1"}, "--seed is decided by the plan");
   fails({"run", scene.run, "--shard", "2/2"}, "numbered from 0 to 1");
   fails({"run", scene.run, "--shard", "0/3"}, "the plan has 2 shards");
   fails({"run", scene.run, "--shard", "x"}, "is not of the form i/n");

@@ -526,7 +526,7 @@ TEST_CASE("export of descriptors: mistakes are usage errors") {
   CHECK(contains(error_of({"--format", "csv", "-o", out}), "name them with --descriptors"));
   CHECK(contains(error_of({"--format", "csv", "--descriptors", "d2"}), "-o FILE"));
   CHECK(contains(error_of({"--format", "fbin", "--descriptors", "d", "-o", out}), "did you mean `d2`?"));
-  CHECK(contains(error_of({"--descriptors", "d2", "-o", out}), "csv, fbin or ann-hdf5"));
+  CHECK(contains(error_of({"--descriptors", "d2", "-o", out}), "csv, fbin, npy or ann-hdf5"));
   CHECK(contains(error_of({"--format", "csv", "--descriptors", "d2", "-o", out, "--queries", "1"}),
                  "ann-hdf5 only"));
   CHECK(contains(error_of({"--format", "ann-hdf5", "--descriptors", "d2", "-o", out, "--queries", "5"}),

@@ -591,7 +591,7 @@ TEST_CASE(
   tree.write("colours.csv", "id,colour\nchair_0001,red\n");
   CHECK_THAT(tree.refusal({"colours.csv"}),
              ContainsSubstring("no column `class`") && ContainsSubstring("no column `split`"));
-  CHECK_THAT(tree.refusal({"test=metadata.csv"}), ContainsSubstring("line 2: the split `train`"));
+  CHECK_THAT(tree.refusal({"test=metadata.csv"}), ContainsSubstring("line 2: the split is `train`"));
   tree.write("classes.csv", "chair_0001,seat\n");
   CHECK(tree.lines({"val=classes.csv"})[1] == "chair/train/chair_0001.off seat validation");
 }
@@ -628,7 +628,7 @@ TEST_CASE("labels: lists have one id per line, and the split of the argument or 
   tree.write("train_test.txt", "sofa_0001\n");
   CHECK_THAT(tree.refusal({"train_test.txt"}), ContainsSubstring("this list of ids"));
   tree.write("test.txt", "airplane_0001\n");
-  CHECK_THAT(tree.refusal({"modelnet40_train.txt", "test.txt"}), ContainsSubstring("says another split"));
+  CHECK_THAT(tree.refusal({"modelnet40_train.txt", "test.txt"}), ContainsSubstring("another split than"));
   // The split of an argument counts before the file's name, and lists of points name models.
   tree.write("filelist_test.txt", "airplane/airplane_0001.txt\n");
   CHECK(tree.lines({"train=filelist_test.txt"})[0] == "airplane/airplane_0001.off - train");

@@ -305,7 +305,7 @@ TEST_CASE("measure: anything that cannot be measured is a usage error with the r
       error_of({"discrepancy", scratch / "deep.xyz", "--surface", "plane"}).find("not in the unit square") !=
       std::string::npos);
   write_file(scratch / "one.xyz", "0.5 0.5 0\n");
-  CHECK(error_of({"spacing", scratch / "one.xyz", "--surface", "plane"}).find("no neighbour") !=
+  CHECK(error_of({"spacing", scratch / "one.xyz", "--surface", "plane"}).find("no neighbor") !=
         std::string::npos);
   CHECK(error_of({"boxes", scratch / "absent.xyz", "--surface", mesh}).find("unreadable") !=
         std::string::npos);

@@ -142,7 +142,7 @@ TEST_CASE("render strokes: mistakes are usage errors, and nothing is written") {
   CHECK(contains(place.refusal({mesh, "-o", out, "--view", "0,1,0"}), "must not lie along the axis"));
   CHECK(contains(place.refusal({mesh, "-o", out, "--light", "0,0,0"}), "--light"));
   CHECK(contains(place.refusal({mesh, "-o", out, "--light", "1,2"}), "--light: `1,2` is not a direction"));
-  CHECK(contains(place.refusal({mesh, "-o", out, "--item", "a"}), "is no store"));
+  CHECK(contains(place.refusal({mesh, "-o", out, "--item", "a"}), "is not a store"));
   CHECK(contains(place.refusal({mesh, "-o", out, "--memory", "1M"}), "need"));
   CHECK(contains(place.refusal({mesh, "-o", out, "--strokes", "0"}), "--strokes"));
   CHECK(contains(place.refusal({place.path("none.off"), "-o", out}), "none.off"));

@@ -24,7 +24,7 @@ struct Quality {
 };
 
 // Over the first `first` of n points of `seeds` sets.
-Quality quality(SampledModel& model, std::span<const RotatedBox> boxes, std::uint32_t n, std::size_t first,
+Quality quality(SpacedModel& model, std::span<const RotatedBox> boxes, std::uint32_t n, std::size_t first,
                 std::uint64_t seeds) {
   Quality result;
   for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
@@ -39,7 +39,7 @@ Quality quality(SampledModel& model, std::span<const RotatedBox> boxes, std::uin
   return result;
 }
 
-double bias_ratio(SampledModel& model, std::span<const RotatedBox> boxes, std::uint32_t n,
+double bias_ratio(SpacedModel& model, std::span<const RotatedBox> boxes, std::uint32_t n,
                   std::uint64_t seeds) {
   BoxBias bias;
   for (std::uint64_t seed = 1; seed <= seeds; ++seed) bias.add(box_errors(boxes, model.points(n, seed)));
@@ -47,7 +47,7 @@ double bias_ratio(SampledModel& model, std::span<const RotatedBox> boxes, std::u
 }
 
 // Density of the samples at most .1 sqrt(A / n) from the border of the unit square, over that of all.
-double border_density(SampledModel& model, std::uint32_t n, std::uint64_t seeds) {
+double border_density(SpacedModel& model, std::uint32_t n, std::uint64_t seeds) {
   const double side = std::sqrt(model.state.surface.total_area), strip = 0.1 * side / std::sqrt(n);
   double inside = 0;
   for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
@@ -70,7 +70,7 @@ TEST_CASE("spaced samples: keep a larger min distance and a lower error than shi
     for (const char* const method : {"auto", "direct", "conformal"})
       for (const OrderKind order : {OrderKind::curve, OrderKind::progressive}) {
         if (sanitized && method != std::string_view("auto")) continue;  // release builds judge every method
-        SampledModel model(mesh, method, spaced, order), control(mesh, method, shifted, order);
+        SpacedModel model(mesh, method, spaced, order), control(mesh, method, shifted, order);
         const std::vector<RotatedBox> boxes = model.boxes(400);
         const Quality own = quality(model, boxes, 1024, 1024, 8),
                       other = quality(control, boxes, 1024, 1024, 8);
@@ -88,14 +88,14 @@ TEST_CASE("spaced samples: keep a larger min distance and a lower error than shi
 TEST_CASE("spaced samples: nearly unbiased", "[statistics]") {
   const std::uint64_t seeds = 300;
   const auto bias = [&](const PolygonMesh& mesh, SequenceKind sequence, OrderKind order) {
-    SampledModel model(mesh, "auto", sequence, order);
+    SpacedModel model(mesh, "auto", sequence, order);
     return bias_ratio(model, model.boxes(200), 256, seeds);
   };
   for (const OrderKind order : {OrderKind::curve, OrderKind::progressive}) {
     CHECK(bias(grid_plane(12, 12), spaced, order) < 0.10);
     CHECK(bias(torus(48, 24), spaced, order) < 0.10);
     CHECK(bias(cube(), spaced, order) < 0.22);
-    SampledModel square(grid_plane(12, 12), "auto", spaced, order);
+    SpacedModel square(grid_plane(12, 12), "auto", spaced, order);
     CHECK(border_density(square, 256, seeds) == Approx(1).margin(0.2));
   }
   CHECK(bias(grid_plane(12, 12), SequenceKind::stratified, OrderKind::curve) <
@@ -107,7 +107,7 @@ TEST_CASE("spaced samples: region counts follow a density") {
   ScalarAttribute weight{"weight", {}};
   for (const double x : mesh.x) weight.values.push_back(x + 1.5);
   mesh.vertex_attributes.push_back(weight);
-  SampledModel model(mesh, "auto", spaced, OrderKind::progressive);
+  SpacedModel model(mesh, "auto", spaced, OrderKind::progressive);
   model.parameters.density.kind = DensityKind::vertex_attribute;
   model.parameters.density.attribute = "weight";
   run_stages(charting_stages(model.parameters), model.state);
@@ -148,7 +148,7 @@ TEST_CASE("spaced samples: of the meshes of the survey", "[slow]") {
                               {"dragon_100k.ply", 0.24, 0.145, 0.082}})
     for (const char* const method : {"auto", "direct"}) {
       const PolygonMesh mesh = shared_mesh(limit.file);
-      SampledModel along(mesh, method, spaced, OrderKind::curve),
+      SpacedModel along(mesh, method, spaced, OrderKind::curve),
           progressive(mesh, method, spaced, OrderKind::progressive),
           best(mesh, method, spaced, OrderKind::curve, SpacingKind::best),
           control(mesh, method, shifted, OrderKind::curve);

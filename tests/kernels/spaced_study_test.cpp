@@ -31,7 +31,7 @@ struct PrefixFigures {
 };
 
 // Prefixes of `seeds` progressive sets of n points.
-std::vector<PrefixFigures> prefixes(SampledModel& model, SampledModel& control, std::uint32_t n,
+std::vector<PrefixFigures> prefixes(SpacedModel& model, SpacedModel& control, std::uint32_t n,
                                     const std::vector<std::size_t>& sizes, std::uint64_t seeds) {
   const std::vector<RotatedBox> boxes = model.boxes(400);
   std::vector<PrefixFigures> figures;
@@ -63,7 +63,7 @@ std::vector<std::size_t> powers_of_two(std::uint32_t below) {
 
 void check_prefixes(const PolygonMesh& mesh, const std::string& name, const char* method, std::uint32_t n,
                     std::uint64_t seeds) {
-  SampledModel model(mesh, method, SequenceKind::spaced, OrderKind::progressive),
+  SpacedModel model(mesh, method, SequenceKind::spaced, OrderKind::progressive),
       control(mesh, method, SequenceKind::stratified, OrderKind::progressive);
   for (const PrefixFigures& f : prefixes(model, control, n, powers_of_two(n), seeds)) {
     INFO(name << ", " << method << ", first " << f.first << " of " << n << ": rho " << f.mean_rho << " ("
@@ -90,7 +90,7 @@ void check_prefixes(const PolygonMesh& mesh, const std::string& name, const char
 struct LocalSpacing {
   double least = 1e9, mean = 0;
 };
-LocalSpacing local_spacing(const SampledModel& model, std::span<const double> points) {
+LocalSpacing local_spacing(const SpacedModel& model, std::span<const double> points) {
   const Samples& samples = model.state.row.samples;
   double mass = 0;
   for (const double m : model.state.measure.masses) mass += m;
@@ -112,7 +112,7 @@ struct DensityFigures {
 
 // Of single sets: the smallest p-value and the largest dispersion; and the p-value of the counts of all sets
 // together, which bias makes small.
-DensityFigures density_figures(SampledModel& model, std::uint32_t n, std::uint64_t seeds) {
+DensityFigures density_figures(SpacedModel& model, std::uint32_t n, std::uint64_t seeds) {
   const std::vector<std::uint32_t> region = grid_regions(model.state.surface, 4);
   DensityFigures figures;
   std::vector<std::uint32_t> all;
@@ -132,7 +132,7 @@ DensityFigures density_figures(SampledModel& model, std::uint32_t n, std::uint64
   return figures;
 }
 
-void check_density(SampledModel& model, const std::string& name, std::uint32_t n, std::uint64_t seeds) {
+void check_density(SpacedModel& model, const std::string& name, std::uint32_t n, std::uint64_t seeds) {
   const DensityFigures f = density_figures(model, n, seeds);
   INFO(name << ", " << n << ": smallest distance over the one wanted there " << f.mean << " (" << f.least
             << ", below .5 in " << f.near << " of " << seeds << "), regions: p " << f.p_value
@@ -146,12 +146,12 @@ void check_density(SampledModel& model, const std::string& name, std::uint32_t n
 }
 
 // A mesh whose density is one plus `rise` at its top and 1 at its bottom.
-SampledModel ramped(PolygonMesh mesh, const char* method, OrderKind order, double rise) {
+SpacedModel ramped(PolygonMesh mesh, const char* method, OrderKind order, double rise) {
   ScalarAttribute weight{"weight", {}};
   const auto [low, high] = std::minmax_element(mesh.z.begin(), mesh.z.end());
   for (const double z : mesh.z) weight.values.push_back(1 + rise * (z - *low) / (*high - *low));
   mesh.vertex_attributes.push_back(weight);
-  SampledModel model(mesh, method, SequenceKind::spaced, order);
+  SpacedModel model(mesh, method, SequenceKind::spaced, order);
   model.parameters.density.kind = DensityKind::vertex_attribute;
   model.parameters.density.attribute = "weight";
   run_stages(charting_stages(model.parameters), model.state);
@@ -266,7 +266,7 @@ TEST_CASE("spaced study: prefixes of progressive sets on the meshes of the surve
 }
 
 TEST_CASE("spaced study: a density on a sphere, its counts and its spacing", "[statistics]") {
-  SampledModel model = ramped(icosphere(4), "auto", OrderKind::curve, 8);
+  SpacedModel model = ramped(icosphere(4), "auto", OrderKind::curve, 8);
   check_density(model, "sphere, density 1 to 9", 2048, 4);
 }
 
@@ -274,12 +274,12 @@ TEST_CASE("spaced study: densities, their counts and their spacing", "[slow]") {
   for (const char* const method : {"auto", "direct", "conformal"})
     for (const OrderKind order : {OrderKind::curve, OrderKind::progressive}) {
       const std::string setting = std::string(", ") + method + ", " + name_of_order(order);
-      SampledModel sphere = ramped(icosphere(5), method, order, 8),
-                   ring = ramped(torus(96, 48), method, order, 3);
+      SpacedModel sphere = ramped(icosphere(5), method, order, 8),
+                  ring = ramped(torus(96, 48), method, order, 3);
       check_density(sphere, "sphere, density 1 to 9" + setting, 4096, 20);
       check_density(ring, "torus, density 1 to 4" + setting, 4096, 20);
       if (!have_shared_data()) continue;
-      SampledModel bunny = ramped(shared_mesh("bunny_closed.off"), method, order, 8);
+      SpacedModel bunny = ramped(shared_mesh("bunny_closed.off"), method, order, 8);
       check_density(bunny, "bunny, density 1 to 9" + setting, 4096, 20);
     }
 }

@@ -14,12 +14,12 @@
 namespace meander::test {
 
 // A prepared model; only its last stages run again for every seed.
-struct SampledModel {
+struct SpacedModel {
   Model state;
   SampleParameters parameters;
 
-  SampledModel(PolygonMesh file, const char* method, SequenceKind sequence, OrderKind order,
-               SpacingKind spacing = SpacingKind::standard)
+  SpacedModel(PolygonMesh file, const char* method, SequenceKind sequence, OrderKind order,
+              SpacingKind spacing = SpacingKind::standard)
       : parameters(parameters_for(method)) {
     parameters.sequence = sequence;
     parameters.order = order;
