@@ -14,7 +14,7 @@
 namespace meander {
 
 class ByteSource;
-class CancelToken;
+struct CancelToken;
 struct BlockRule;
 struct CompanionFile;
 struct FileAttribute;

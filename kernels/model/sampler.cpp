@@ -94,11 +94,11 @@ PolygonMesh polygon_mesh_of(const Mesh& given) {
 }
 
 struct Sampler::State {
+  explicit State(const SampleParameters& parameters) : sampler(parameters) {}
   ModelSampler sampler;
 };
 
-Sampler::Sampler(const Settings& settings)
-    : state_(std::make_unique<State>(ModelSampler(parameters_of(settings)))) {}
+Sampler::Sampler(const Settings& settings) : state_(std::make_unique<State>(parameters_of(settings))) {}
 
 Sampler::~Sampler() = default;
 Sampler::Sampler(Sampler&&) noexcept = default;
