@@ -38,7 +38,6 @@ std::vector<float> descriptor_of(std::uint64_t row, std::uint64_t label, std::ui
 
 Row make_row(const StoreHeader& header, std::uint64_t row) {
   Row made;
-  made.label = header.labels[row];
   made.report.status = Status::ok;
   made.report.method = Method::direct;
   made.report.vertices = 3;
@@ -53,7 +52,7 @@ Row make_row(const StoreHeader& header, std::uint64_t row) {
   made.samples.density = {1};
   const DescriptorSchema& schema = header.descriptors.front();
   made.descriptors = {
-      {schema.name, descriptor_of(row, static_cast<std::uint64_t>(made.label), schema.width)}};
+      {schema.name, descriptor_of(row, static_cast<std::uint64_t>(header.labels[row]), schema.width)}};
   return made;
 }
 
