@@ -1,7 +1,8 @@
 #include "pipeline/memory_estimate.h"
 
+#include <algorithm>
+
 #include "io/store/journal_store.h"
-#include "kernels/model/model.h"
 #include "kernels/sample/column_makers.h"
 
 namespace meander {
@@ -25,22 +26,31 @@ constexpr std::uint64_t allocator_share =
 
 }  // namespace
 
-std::uint64_t estimate_bytes(const MeshEstimate& mesh, const SampleParameters& parameters, int threads) {
+MemoryEstimate::MemoryEstimate(const SampleParameters& parameters, int threads)
+    : parameters_(parameters), threads_(threads), stages_(stage_bytes(parameters)) {}
+
+std::uint64_t MemoryEstimate::operator()(const MeshEstimate& mesh) const {
   const auto triangles = static_cast<double>(mesh.triangles), vertices = static_cast<double>(mesh.vertices);
-  const auto samples = static_cast<double>(parameters.samples);
+  const auto samples = static_cast<double>(parameters_.samples);
   double file = static_cast<double>(mesh.file_bytes + mesh.packed_bytes + mesh.decoding_bytes) +
                 vertices * bytes_per_file_vertex + triangles * bytes_per_file_triangle;
   for (const ColumnMaker& maker : column_makers)
-    if (parameters.columns[maker.column])
+    if (parameters_.columns[maker.column])
       file += maker.bytes.fixed + vertices * maker.bytes.per_vertex + triangles * maker.bytes.per_triangle +
               samples * maker.bytes.per_sample;
-  if (reads_coordinates(parameters))
+  if (reads_coordinates(parameters_))
     file += vertices * bytes_per_coordinate_vertex + triangles * bytes_per_coordinate_triangle;
-  for (const AttributeColumn& column : parameters.attributes)
+  for (const AttributeColumn& column : parameters_.attributes)
     file += column.width * (vertices * bytes_per_asked_vertex + samples * bytes_per_attribute_sample);
-  file += density_bytes(parameters.density, triangles);
-  return static_cast<std::uint64_t>(fixed_bytes + file +
-                                    peak_bytes(parameters, {triangles, vertices, samples, threads}));
+  file += density_bytes(parameters_.density, triangles);
+  const ModelSizes sizes = {triangles, vertices, samples, threads_};
+  double most = 0;
+  for (const StageBytes bytes : stages_) most = std::max(most, bytes(parameters_, sizes));
+  return static_cast<std::uint64_t>(fixed_bytes + file + most);
+}
+
+std::uint64_t estimate_bytes(const MeshEstimate& mesh, const SampleParameters& parameters, int threads) {
+  return MemoryEstimate(parameters, threads)(mesh);
 }
 
 std::uint64_t process_bytes(std::uint64_t budget, const StoreHeader& header, int threads) {

@@ -231,8 +231,7 @@ const char* meander_about() {
     add_columns(json);
     json.key("mesh_settings");
     json.begin_array();
-    const SampleSettings* const mesh[] = {&point_settings(), &column_settings(), &collection_settings()};
-    add_settings<SampleParameters>(json, mesh);
+    add_settings<SampleParameters>(json, sample_settings());
     json.end_array();
     json.key("surface_settings");
     json.begin_array();

@@ -112,8 +112,7 @@ SampleParameters sample_parameters(std::string_view json) {
   SampleParameters parameters;
   Members members = JsonObject(json, "options").members();
   const bool has_numbers = take_own_density(members, parameters.density);
-  const SampleSettings* const lists[] = {&point_settings(), &column_settings(), &collection_settings()};
-  take_keywords<SampleParameters>(members, lists, parameters, problems);
+  take_keywords<SampleParameters>(members, sample_settings(), parameters, problems);
   if (!has_numbers) check_density(parameters.density, problems);
   if (problems.empty()) problems = validate(parameters);
   throw_problems(problems);

@@ -58,13 +58,14 @@ std::uint64_t DescribedMeshes::bytes(std::uint64_t row) const {
 
 void reserve_described(std::span<PlanItem> plan, const SampleParameters& parameters, int threads,
                        std::uint64_t most_bytes) {
+  const MemoryEstimate bytes_of(parameters, threads);
   parallel_tasks(plan.size(), [&](std::size_t i) {
     MeshEstimate estimate;
     try {
       if (plan[i].known_format) estimate = peek_model(plan[i]);
     } catch (const ItemError&) {
     }
-    plan[i].reserved_bytes = std::min(most_bytes, estimate_bytes(estimate, parameters, threads));
+    plan[i].reserved_bytes = std::min(most_bytes, bytes_of(estimate));
   });
 }
 

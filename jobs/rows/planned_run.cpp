@@ -170,8 +170,9 @@ GraphParameters graph_parameters(const RunOptions& options) {
 std::uint64_t reserve_memory(std::vector<PlanItem>& items, const SampleParameters& parameters, int threads,
                              std::uint64_t budget,
                              const std::function<std::uint64_t(const MeshEstimate&)>& more) {
+  const MemoryEstimate bytes_of(parameters, threads);
   const auto needed = [&](const MeshEstimate& mesh) {
-    return estimate_bytes(mesh, parameters, threads) + (more ? more(mesh) : std::uint64_t{0});
+    return bytes_of(mesh) + (more ? more(mesh) : std::uint64_t{0});
   };
   // All such models that can be in flight, two a thread, take at most half of the budget.
   const std::uint64_t negligible = budget / (4 * static_cast<std::uint64_t>(threads));

@@ -213,8 +213,8 @@ void resolve_run_options(RunOptions& options, const RunOptionTexts& texts, const
 
 std::string recorded_parameters(const RunOptions& options) {
   RecordedSettings recorded;
-  for (const SampleSettings* const list : {&point_settings(), &value_settings(), &column_settings(),
-                                           &collection_settings(), &sampling_constants(), &chart_constants()})
+  for (const SampleSettings* const list : sample_settings()) record(*list, options.sample, recorded);
+  for (const SampleSettings* const list : {&sampling_constants(), &chart_constants()})
     record(*list, options.sample, recorded);
   record(row_settings(), options, recorded);
   return json_of(std::move(recorded));

@@ -8,7 +8,7 @@ namespace meander {
 struct ModelSizes {
   double triangles = 0, vertices = 0, samples = 0;
   int threads = 1;  // that may work on the one model
-  // Of a linear system over the surface: soups have three vertices a triangle, and weld them.
+  // Unknowns of a linear system over the surface: soups have three vertices a triangle, which are welded.
   double unknowns() const { return std::max(vertices, 0.5 * triangles); }
 };
 

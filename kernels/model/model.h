@@ -39,21 +39,23 @@ struct Model {
   Row row;  // its report is filled up to the stage that threw; place_samples, describe_shape
 };
 
+// An upper bound of the bytes that are alive at once while a stage runs, beside the file and the columns that
+// are taken from it.
+using StageBytes = double (*)(const SampleParameters& parameters, const ModelSizes& sizes);
+
 // One step of a method. Throws ItemError, RunCancelled or std::bad_alloc.
 struct ModelStage {
   std::string_view name;
   std::function<void(Model&)> run;
-  // Upper bound of the bytes that are alive at once while it runs, beside the file and what columns take from
-  // it; null: no more than those of another stage.
-  double (*bytes)(const SampleParameters& parameters, const ModelSizes& sizes) = nullptr;
+  StageBytes bytes = nullptr;  // null: no more than those of another stage
 };
 
 // All stages of the method, in order; no stage is idle. The parameters are copied. `device`: null unless
 // casts_rays; it must outlive the stages.
 ModelStages stages_of(const SampleParameters& parameters, const EmbreeDevice* device);
 
-// The largest of the stages' bytes.
-double peak_bytes(const SampleParameters& parameters, const ModelSizes& sizes);
+// The bounds of all stages that have one. Allocates as stages_of does: take them once for many models.
+std::vector<StageBytes> stage_bytes(const SampleParameters& parameters);
 
 // The stages up to the charts, and from there to the samples. The former do not depend on seed and sequence
 // of the samples, so a model that is charted once can be sampled many times with parameters that differ in

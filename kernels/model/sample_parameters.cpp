@@ -31,7 +31,7 @@ void check_without_topology(const SampleParameters& p, std::vector<std::string>&
   if (form_of(p.density).needs_topology || uses_curvature(p.density)) need("a curvature density");
   if (p.curved) need("lifting the samples to the curved surface");
   for (const ColumnMaker& maker : column_makers)
-    if (p.columns[maker.column] && maker.reads.neighbours)
+    if (p.columns[maker.column] && maker.reads.neighbors)
       need("the column " + std::string(sample_columns[maker.column].name));
   for (const Descriptor descriptor : p.describe.descriptors)
     if (group_of(descriptor).needs_mesh) need("the descriptor " + std::string(name_of(descriptor)));
@@ -41,8 +41,7 @@ void check_without_topology(const SampleParameters& p, std::vector<std::string>&
 
 std::vector<std::string> validate(const SampleParameters& p) {
   std::vector<std::string> problems;
-  check_ranges(point_settings(), p, problems);
-  check_ranges(collection_settings(), p, problems);
+  for (const SampleSettings* const list : sample_settings()) check_ranges(*list, p, problems);
   check_range(problems, "jitter", p.jitter, 0.0, 1.0);
   check_range(problems, "elements per sample", p.elements.elements_per_sample, 1.0, 64.0);
   check_range(problems, "leaves per sample", p.locator.curve.leaves_per_sample, 1.0, 256.0);

@@ -342,6 +342,12 @@ const SampleSettings& collection_settings() {
   return list;
 }
 
+std::span<const SampleSettings* const> sample_settings() {
+  static const SampleSettings* const lists[] = {&point_settings(), &value_settings(), &column_settings(),
+                                                &collection_settings()};
+  return lists;
+}
+
 const DescribeSettings& describe_settings() {
   static const DescribeSettings list = make_describe_settings();
   return list;

@@ -2,6 +2,7 @@
 // keywords of Python, the ranges that validate checks, and the tables of the documents.
 #pragma once
 
+#include <span>
 #include <string>
 
 #include "kernels/core/setting.h"
@@ -11,15 +12,19 @@ namespace meander {
 
 using SampleSettings = SettingList<SampleParameters>;
 
-// What samples are: number, method, density, sequence, order, and the tensor field of the method anisotropic.
+// Decide the samples: number, method, density, sequence, order, and the tensor field of the method
+// anisotropic.
 const SampleSettings& point_settings();
-// What samples take over from the models.
+// Decide what samples take over from the models.
 const SampleSettings& value_settings();
-// What samples are given from the surface beside what they are.
+// Decide which columns are computed from the surface.
 const SampleSettings& column_settings();
-// What else is found and stored of a collection.
+// Decide what else is found and stored for a collection.
 const SampleSettings& collection_settings();
-// What no option changes, but is recorded: of sampling, and of charts where the method has such.
+// All settings that a caller may give: these four lists.
+std::span<const SampleSettings* const> sample_settings();
+// Constants that are recorded although no option changes them: of sampling, and of charts for methods that
+// make them.
 const SampleSettings& sampling_constants();
 const SampleSettings& chart_constants();
 

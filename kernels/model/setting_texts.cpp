@@ -13,12 +13,6 @@ namespace {
 template <class Parameters>
 using Lists = std::span<const SettingList<Parameters>* const>;
 
-Lists<SampleParameters> sampler_lists() {
-  static const SampleSettings* const lists[] = {&point_settings(), &value_settings(), &column_settings(),
-                                                &collection_settings()};
-  return lists;
-}
-
 Lists<SurfaceSampleParameters> surface_lists() {
   static const SurfaceSettings* const lists[] = {&surface_settings()};
   return lists;
@@ -74,12 +68,12 @@ std::string SettingText::written(double number) {
   return {text, std::to_chars(text, text + sizeof text, number).ptr};
 }
 
-std::vector<SettingInfo> list_sampler_settings() { return all_settings(sampler_lists()); }
+std::vector<SettingInfo> list_sampler_settings() { return all_settings(sample_settings()); }
 std::vector<SettingInfo> list_surface_settings() { return all_settings(surface_lists()); }
 
 SampleParameters parameters_of(const Settings& settings) {
   std::vector<std::string> problems;
-  SampleParameters parameters = taken(settings, sampler_lists(), problems);
+  SampleParameters parameters = taken(settings, sample_settings(), problems);
   GivenSettings given;
   for (const auto& [name, value] : settings) given.insert(name);
   settle(parameters, given);

@@ -129,7 +129,7 @@ ModelStages charting_direct(const SampleParameters& p) {
            [p](Model& model) {
              const bool is_placed_last = p.rows_only && p.describe.descriptors.empty();
              prepare_surface(model, p);
-             if (is_placed_last && !any_reads(p.columns, &ColumnReads::neighbours))
+             if (is_placed_last && !any_reads(p.columns, &ColumnReads::neighbors))
                model.surface.opposite = std::vector<std::uint32_t>();
              if (is_placed_last && p.attributes.empty() && !any_reads(p.columns, &ColumnReads::polygons))
                model.file.polygon_begin = std::vector<std::uint32_t>();
@@ -502,11 +502,11 @@ ModelStages stages_of(const SampleParameters& parameters, const EmbreeDevice* de
   return all_stages(parameters, device);
 }
 
-double peak_bytes(const SampleParameters& parameters, const ModelSizes& sizes) {
-  double most = 0;
+std::vector<StageBytes> stage_bytes(const SampleParameters& parameters) {
+  std::vector<StageBytes> bytes;
   for (const ModelStage& stage : all_stages(parameters, nullptr))
-    if (stage.bytes != nullptr) most = std::max(most, stage.bytes(parameters, sizes));
-  return most;
+    if (stage.bytes != nullptr) bytes.push_back(stage.bytes);
+  return bytes;
 }
 
 void run_stages(const ModelStages& stages, Model& model) {

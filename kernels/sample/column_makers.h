@@ -28,7 +28,7 @@ struct MadeColumn {
 struct ColumnReads {
   bool colors = false, coordinates = false;  // of the file
   bool polygons = false;                     // where they begin in the file
-  bool neighbours = false;                   // of the triangles
+  bool neighbors = false;                    // of the triangles
 };
 
 // Memory, beside what reads of the file take: of the model, of each of its vertices, triangles and samples.
