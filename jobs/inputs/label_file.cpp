@@ -12,6 +12,7 @@
 #include "io/file/read_file.h"
 #include "io/json/json_tree.h"
 #include "io/utf8.h"
+#include "io/word_list.h"
 #include "jobs/cli/usage_error.h"
 #include "jobs/inputs/folder_layout.h"
 
@@ -90,12 +91,6 @@ class CsvText {
   std::size_t at_ = 0;
   std::uint64_t line_ = 1;
 };
-
-std::string in_small_letters(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(),
-                 [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
-  return text;
-}
 
 // Names of id columns, those that count first in front.
 constexpr std::string_view id_names[] = {"id",       "uid",     "object_id", "anno_id",
@@ -245,7 +240,7 @@ class LabelReader {
 
   void take_list(const std::vector<CsvRecord>& records) {
     const bool headed = !records.empty() && std::count(std::begin(id_names), std::end(id_names),
-                                                       in_small_letters(records[0].fields[0])) > 0;
+                                                       lower_ascii(records[0].fields[0])) > 0;
     for (const CsvRecord& record : std::span(records).subspan(headed ? 1 : 0))
       add({{record.fields[0]}, {}, {}, split_of_list(), record.line});
   }
@@ -262,7 +257,7 @@ class LabelReader {
   static std::optional<Columns> header_of(const CsvText& text, const CsvRecord& record) {
     const auto column = [&](std::string_view name) -> std::optional<std::size_t> {
       for (std::size_t i = 0; i < record.fields.size(); ++i)
-        if (in_small_letters(record.fields[i]) == name) return i;
+        if (lower_ascii(record.fields[i]) == name) return i;
       return std::nullopt;
     };
     Columns columns;
@@ -371,7 +366,7 @@ class LabelReader {
     LabelLine line;
     line.line = entries_;
     for (const JsonValue member : object.items()) {
-      const std::string name = in_small_letters(std::string(member.name()));
+      const std::string name = lower_ascii(member.name());
       const std::optional<std::string> text = text_of(member);
       if (!text) continue;
       if (name == "split") {
@@ -380,12 +375,12 @@ class LabelReader {
     }
     for (const std::string_view wanted : id_names)
       for (const JsonValue member : object.items())
-        if (const auto text = text_of(member); text && in_small_letters(std::string(member.name())) == wanted)
+        if (const auto text = text_of(member); text && lower_ascii(member.name()) == wanted)
           line.names.push_back(*text);
     for (const std::string_view wanted : class_columns)
       for (const JsonValue member : object.items())
         if (const auto text = text_of(member);
-            text && line.label.empty() && in_small_letters(std::string(member.name())) == wanted)
+            text && line.label.empty() && lower_ascii(member.name()) == wanted)
           line.label = *text;
     if (line.names.empty()) fail("entry " + std::to_string(entries_) + " has no id");
     if (line.split == Split::none && given_ == Split::none) line.split = by_name_;
@@ -493,7 +488,7 @@ LabelFile read_label_file(const std::string& argument) {
   LabelFile file;
   file.name = given.path;
   std::string content = content_of_labels(given.path);
-  const std::string name = in_small_letters(given.path);
+  const std::string name = lower_ascii(given.path);
   LabelReader reader(file, given.split);
   if (name.ends_with(".json") || name.ends_with(".json.gz"))
     reader.read_json(content);
