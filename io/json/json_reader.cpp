@@ -20,7 +20,7 @@ std::string_view without_blanks(std::string_view text) {
   return text.substr(0, text.find_last_not_of(blanks) + 1);
 }
 
-// Of the text of one object, which is valid JSON.
+// Cuts the text of one object, which is valid JSON, into its members.
 std::map<std::string, std::string> members_of(std::string_view text) {
   std::map<std::string, std::string> members;
   std::string name;

@@ -15,7 +15,7 @@ namespace meander {
 
 namespace {
 
-// Of the JSON all is looked at up to this size; beyond that the size of the file stands in.
+// JSON up to this size is read for the estimate; for larger JSON the size of the file stands in.
 constexpr std::uint64_t most_peeked_json = std::uint64_t{16} << 20;
 constexpr std::size_t most_chunk_header = 32;
 
@@ -41,8 +41,8 @@ LooksLike looks_like_gltf(std::string_view head) {
   return members >= 2 ? LooksLike::mesh : LooksLike::other;
 }
 
-// What `paths` finds in the JSON; nothing where it names no file, or cannot be read. Most binary files hold
-// all that they need, and need not be parsed twice.
+// The paths that `paths` finds in the JSON; none where it names no file or cannot be read. Most binary files
+// need no other file, and are not parsed twice.
 template <class Paths>
 std::vector<std::string> paths_in(std::span<const std::byte> bytes, const Paths& paths) try {
   const std::string_view content = text_of(bytes);

@@ -28,7 +28,7 @@ class SceneTextures {
         notes_(notes),
         numbers_(document.materials.size(), no_index) {}
 
-  // What decoding those takes that are no files of their own, as their headers state.
+  // The bytes that decoding the embedded images takes, by their headers.
   std::uint64_t embedded_bytes();
   // The number of the material's texture; no_index where it has none.
   std::uint32_t of(std::uint32_t material);

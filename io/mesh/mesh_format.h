@@ -26,11 +26,11 @@ struct PolygonMesh;
 // Plans of arrays have the numbers: append.
 enum class MeshFormat : std::uint8_t { off, obj, ply, stl, gltf };
 
-// What the beginning of a file says of a format; `points`: the file is of the format, and has no faces.
+// Whether the beginning of a file is of a format; `points`: it is, and the file has no faces.
 enum class LooksLike : std::uint8_t { other, mesh, points };
 
 // Each reader defines its own row, and mesh_formats.cpp lists them. A function that is null stands for a
-// format without what it says.
+// format without that feature.
 struct FormatRow {
   std::string_view called;                       // with its article: "an OFF"
   std::array<std::string_view, 2> extensions{};  // in lower case, the usual one first
@@ -42,7 +42,7 @@ struct FormatRow {
   bool (*is_raw)(std::string_view content) = nullptr;
   // Whether a file that is not UTF-16 keeps its line ends.
   bool (*keeps_line_ends)(std::string_view content) = nullptr;
-  // What the first 64 KiB are, in doubt `other`.
+  // Judges the first 64 KiB; `other` when in doubt.
   LooksLike (*looks_like)(std::string_view head) = nullptr;
   // The estimate of peek_mesh, from the beginning of the file and what it samples. Throws ItemError where the
   // header cannot be read.

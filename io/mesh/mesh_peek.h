@@ -38,8 +38,8 @@ struct ElementCounts {
   }
 };
 
-// What count_lines counts in whole lines, of all of a file that the head holds, else of the head and of one
-// spot in each of 48 equal strata, raised to the whole file; nothing when no line could be seen.
+// Runs count_lines on whole lines: on a whole file that the head holds, else on the head and one spot in each
+// of 48 equal strata, raised to the whole file. Nothing when no line was seen.
 std::optional<ElementCounts> sampled(const MeshPeek& peek,
                                      const std::function<ElementCounts(std::string_view)>& count_lines);
 
@@ -47,7 +47,7 @@ std::optional<ElementCounts> sampled(const MeshPeek& peek,
 // vertex numbers.
 MeshEstimate estimate_from_counts(const MeshPeek& peek, std::uint64_t vertices, std::uint64_t faces,
                                   std::size_t before, bool hash_comments);
-// What the reader makes of a small file that is not laid out as expected.
+// Runs the reader on a small file whose layout is unexpected.
 MeshEstimate estimate_from_reader(const MeshPeek& peek);
 // An upper bound for all but terse files.
 MeshEstimate estimate_from_size(std::uint64_t bytes);

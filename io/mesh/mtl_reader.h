@@ -52,7 +52,7 @@ struct MtlMaterials {
 // the rest have none. Images (CompanionFile::is_image) are skipped.
 MtlMaterials read_materials(std::span<const CompanionFile> libraries);
 
-// Of an OBJ file: FormatRow::color_companions and library_images.
+// FormatRow::color_companions and library_images of OBJ files.
 std::vector<std::string> library_paths(std::span<const std::byte> obj);
 std::vector<std::string> images_of_libraries(std::span<const std::byte> obj,
                                              std::span<const CompanionFile> libraries);

@@ -150,7 +150,7 @@ class ObjBlockReader {
     }
   }
 
-  // What stands behind a keyword of one letter.
+  // Reads the name behind a keyword of one letter.
   void read_name(std::vector<NameUse>& uses) {
     uses.push_back({part_.polygons.count(), trimmed(rest_of_line().substr(1))});
   }
@@ -162,7 +162,7 @@ class ObjBlockReader {
     for (const double value : n) part_.normals.push_back(static_cast<float>(value));
   }
 
-  // Of one to three numbers, of which the second is 0 where it is not given.
+  // Reads one to three numbers; the second is 0 where it is missing.
   void read_coordinate() {
     double u = 0, v = 0;
     if (!read_number(u)) u = std::numeric_limits<double>::quiet_NaN();

@@ -148,7 +148,7 @@ MeshEstimate peek_mesh(const ByteSource& file, MeshFormat format) {
   MeshPeek peek(file, format);
   const bool utf16 = peek.head.starts_with("\xFF\xFE") || peek.head.starts_with("\xFE\xFF");
   if (utf16) return peek.whole ? estimate_from_reader(peek) : estimate_from_size(file.bytes() / 2);
-  // What may be binary keeps its offsets.
+  // Files that may be binary keep their offsets.
   if (row.is_raw == nullptr && peek.head.starts_with("\xEF\xBB\xBF")) peek.head.erase(0, 3);
   try {
     return row.peek(peek);

@@ -34,7 +34,7 @@ std::vector<FileAttribute> attributes_of_ply(const ByteSource& file) {
           own == "x" || own == "y" || own == "z" || (normals && (own == "nx" || own == "ny" || own == "nz"));
       if (property.is_list || (!of_faces && is_place)) continue;
       const bool integers = property.type != PlyType::float32 && property.type != PlyType::float64;
-      // Of properties of one name the first counts.
+      // The first of several properties of one name counts.
       const auto same = [&](const FileAttribute& a) { return a.name == own && a.of_faces == of_faces; };
       if (std::none_of(attributes.begin(), attributes.end(), same))
         attributes.push_back({own, 1, integers, of_faces});
@@ -63,7 +63,7 @@ bool keeps_cr(std::string_view content) {
          content.find('\n') != std::string_view::npos;
 }
 
-// Of the values of properties that are no coordinates, which the reader keeps beside the mesh.
+// The bytes of the properties, other than coordinates, that the reader keeps beside the mesh.
 std::uint64_t ply_attribute_bytes(std::uint64_t bytes, const PlyHeader& header) {
   std::uint64_t total = 0;
   for (const PlyElement& element : header.elements) {

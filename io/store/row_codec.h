@@ -113,7 +113,7 @@ class RecordInParts {
   Part encode(std::uint32_t part, const Samples& samples) const;
   // Takes note of the next part, in order.
   void add(const Part& part);
-  // What stands behind all parts, once; empty from then on. The names must outlive it.
+  // The bytes behind all parts, once; empty from then on. The names must outlive them.
   std::span<const std::byte> take_names();
   std::size_t head_bytes() const;       // of what stands before the parts
   std::vector<std::byte> head() const;  // once all are added

@@ -17,7 +17,7 @@ static_assert(sizeof(RepairCounts) == 4 * repair_count);
 
 namespace {
 
-// What `use` returns for the array of a dataset of samples; of an attribute that there is.
+// Returns use(array) for the array of a dataset of samples; an attribute must exist.
 template <class AnySamples, class Use>
 decltype(auto) with_array_of(const DatasetSpec& spec, AnySamples& samples, const Use& use) {
   if (spec.column != nullptr) return with_array(*spec.column, samples, use);
@@ -162,10 +162,6 @@ std::string shape_text(const DatasetSpec& spec) {
   return per_sample(spec) ? (spec.width > 0 ? fmt::format("(M, N, {})", spec.width) : "(M, N)")
                           : (spec.width > 0 ? fmt::format("(M, {})", spec.width) : "(M)");
 }
-
-}  // namespace
-
-namespace {
 
 std::shared_ptr<const ColumnTable> make_table(StoreColumns columns) {
   auto table = std::make_shared<ColumnTable>();

@@ -43,7 +43,7 @@ struct StoreColumns {
   bool has_names() const;
   // The bit of ItemReport::lacks: attributes first, then columns with optional values.
   std::optional<std::uint32_t> lacks_bit(std::size_t column) const;
-  // What has this bit: its dataset without the leading `/`, and in words.
+  // The column of this bit: its dataset without the leading `/`, and its name in words.
   std::string chosen_name(std::size_t bit) const;
   std::string chosen_text(std::size_t bit) const;
   // Why samples of this kind have no such column, completing "it has none: ...".

@@ -33,13 +33,13 @@ inline constexpr std::array<ExportFormat, 9> export_formats = {
      {"npy", ExportContent::descriptors, FileKind::npy},
      {"ann-hdf5", ExportContent::descriptors, FileKind::hdf5}}};
 
-// Of a word of the table.
+// The row of a word of the table.
 inline const ExportFormat& export_format(std::string_view word) {
   return *std::find_if(export_formats.begin(), export_formats.end() - 1,
                        [&](const ExportFormat& format) { return format.word == word; });
 }
 
-// Those of this content, for messages: "csv, fbin, npy or ann-hdf5".
+// Lists the formats of this content for messages: "csv, fbin, npy or ann-hdf5".
 inline std::string formats_with(ExportContent content, std::string_view conjunction = {}) {
   std::vector<std::string_view> words;
   for (const ExportFormat& format : export_formats)

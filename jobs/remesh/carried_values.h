@@ -33,9 +33,9 @@ struct CarriedValues {
   WrittenValues view() const;
 };
 
-// Of the samples what the stages of `run` made (column_makers.h, sample_attributes.h), of vertices of the
-// surface their own values, of vertices on edges what is linear between the two ends, of integers the value
-// of the nearer one. O(V).
+// Samples carry what the stages of `run` made (column_makers.h, sample_attributes.h), and vertices of the
+// surface their own values. Vertices on edges carry values linear between the two ends, or, for integers, the
+// value of the nearer end. O(V).
 CarriedValues carried_values(const Model& model, const RemeshedSurface& mesh, const CarriedColumns& columns);
 
 // The columns of which a model has no value at some vertices: the words of the options, separated by commas.

@@ -30,8 +30,8 @@ inline constexpr std::uint32_t note_text_width = 320;
 // asked for it, taken over from the model, or made from its surface.
 enum class Having : std::uint8_t { all, meshes, surfaces, tensors, taken, made };
 
-// What the values of rows that are ok are, as verify checks them. Floats are finite, but for `optional` ones:
-// NaN where the model has no value, which /items/lacks says.
+// The rule for values of rows that are ok, which verify checks. Floats are finite, except that `optional`
+// ones are NaN where the model has no value (/items/lacks).
 enum class Values : std::uint8_t {
   any,
   at_box,        // points, by the box of the item
@@ -59,17 +59,17 @@ struct SampleColumn {
   std::string_view ply = {};    // the properties of PLY files, by blanks; empty: not in such files
   std::string_view alias = {};  // in Python and in exported arrays, where that is another name
   std::string_view link = {};   // a second name of the dataset
-  // Of columns that are asked for: the option without `--`, which is also the parameter that stores record,
-  // its help, and what models lack that have no values, in words.
+  // The option that asks for the column, without `--` (stores record it as a parameter), its help, and what
+  // the note on models without values calls them; empty for columns without an option.
   std::string_view option = {}, help = {}, title = {};
 
   constexpr bool is_asked_for() const { return !option.empty(); }
-  // Of what models bring along Python takes its own arrays.
+  // Python has its own arrays in place of what models bring along.
   constexpr bool is_in_python() const { return having != Having::taken; }
   constexpr bool is_optional() const { return values == Values::optional; }
-  // Of --store: a folder is stored as a whole.
+  // The word of --store, which takes a folder as a whole.
   constexpr std::string_view word() const { return name.substr(0, name.find('/')); }
-  // In Python and in exports.
+  // The name of the array in Python and in exports.
   std::string array_name() const {
     std::string text(alias.empty() ? name : alias);
     std::replace(text.begin(), text.end(), '/', '_');
@@ -120,7 +120,7 @@ constexpr std::size_t column_of(std::vector<Value> Samples::*array) {
   return c;
 }
 
-// What `use` returns for the array of a column.
+// Returns use(array) for the array of a column.
 template <class AnySamples, class Use>
 decltype(auto) with_array(const SampleColumn& column, AnySamples& samples, const Use& use) {
   return std::visit([&](auto array) -> decltype(auto) { return use(samples.*array); }, column.array);
@@ -162,7 +162,7 @@ class ColumnSet {
 
 // ---- items
 
-// What is known of an item beside its report.
+// Values of an item that are not in its report.
 enum class ItemKey : std::uint8_t { label, id, split, reason };
 
 using ItemMember =
@@ -249,9 +249,8 @@ inline constexpr auto item_columns = [] {
        "more",
        nowhere, 0, 1, optional},
       {"items/missing", &R::missing, "1",
-       "with --attribute or --texcoord: bit i: the model has no such attribute, or no texture coordinates, "
-       "at "
-       "all",
+       "with --attribute or --texcoord: bit i: the model has no such attribute, or no texture "
+       "coordinates, at all",
        nowhere, 0, 5, optional},
       {"items/names_bytes", &R::names_bytes, "byte",
        "with --attribute group, object, material or part only: length of the row's part of /names", nowhere,

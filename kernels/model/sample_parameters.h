@@ -82,7 +82,7 @@ struct SampleParameters {
   CoarsenParameters coarsen;  // of the charts of the method conformal
   CutParameters cut;
   FlattenParameters flatten;
-  // Of the next two, locate_parameters and element_parameters take the rest from above.
+  // locate_parameters and element_parameters take what is set above in place of the same members of these.
   LocateParameters locator;
   ElementParameters elements;
   DensityParameters density;

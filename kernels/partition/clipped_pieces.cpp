@@ -20,13 +20,13 @@ constexpr std::array<std::array<double, 3>, 3> rotation_by(double x, double y, d
 }
 constexpr auto tilt = rotation_by(0.0019, -0.0012, 0.0016);
 
-// Of a cell: what may be missing before the last step to a plane, and what may be left after it. The last
-// step squares what is missing unless it passes a face along the plane: a cut then moves that much mass; of
-// sections only so many are wrong.
+// Shares of a cell's mass that may be missing before the last step to a plane, and be left after it. The last
+// step squares the missing share unless it passes a face along the plane, in which case a cut moves that much
+// mass, and at most a share of near_section of the sections is wrong.
 constexpr double near_model = 0x1p-5, near_cut = 0x1p-7, cut_tolerance = 0x1p-14, near_section = 0x1p-12;
 constexpr int most_trials = 32;
 constexpr float last_step = 0x1p-6f;  // of the extent
-// What extends less across a plane than this times its node is not clipped.
+// Pieces that extend less across a plane than this times their node are not clipped.
 constexpr float thin = 0x1p-20f;
 // Less than any other length; and more mass along one than there is, which must not become infinite.
 constexpr float least_length = 1e-30f, most_density = 1e36f;

@@ -1,4 +1,4 @@
-// What elements are cut from and put in order by.
+// The source that elements are cut from, and the data that puts them in order.
 #pragma once
 
 #include <cstdint>

@@ -30,8 +30,8 @@ struct CurveElements {
   // 2 E barycentric weights (of corners 1, 2) of each element's curve vertex, or empty
   // (ElementUse::vertices).
   std::vector<float> vertex;
-  // Of a region: an element of more than `limit` is a wide piece, in whose parts of at most that samples have
-  // their places (bisection_walk.h).
+  // An element of a region of more mass than `limit` is a wide piece: samples have their places in its parts
+  // of at most that mass (bisection_walk.h).
   std::vector<float> place;  // 3 E: the elements' centroids, in working units; empty if no piece is wide
   double limit = 0;
   std::size_t count() const { return triangle.size(); }

@@ -133,7 +133,7 @@ std::array<float, 3> rounded(const Vector& v) {
   return {static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2])};
 }
 
-// What looks like a stack, until it is known how its parts lie.
+// A possible stack, until it is known how its parts lie.
 struct Candidate {
   SheetCut cut;
   Vector direction{};  // across the sheets

@@ -7,7 +7,7 @@
 
 namespace meander {
 
-// Of rows a and b of B numbers:
+// The distance of rows a and b of B numbers:
 //   l1      sum |a - b|: twice the total variation of histograms of sum 1
 //   l2      sqrt(sum (a - b)^2)
 //   emd     sum |A - B| over the running sums A, B: the earth mover's distance in one dimension, in bins, of

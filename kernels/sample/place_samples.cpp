@@ -249,9 +249,8 @@ Samples place_samples(const PlaceContext& context, const SurfaceOrder& order, Ou
 
 double sample_bytes(const PlaceParameters& parameters, bool in_metric) {
   constexpr double bytes_per_sample = 160;  // sequence, points twice, row, encoded row
-  // Of spaced samples: boxes, positions, names, cells of the grid, and what is chosen, of all strata and of
-  // the coarser ones; the places that strata offer; the lists of those around each (up to 192 in stacked
-  // sheets).
+  // Spaced samples have boxes, positions, names, cells of the grid and chosen places, for all strata and for
+  // the coarser ones; the places that strata offer; and lists of neighbors (up to 192 in stacked sheets).
   constexpr double bytes_per_spaced_sample = 250, bytes_per_place = 6, bytes_per_neighbour = 4,
                    neighbours = 60;
   constexpr double bytes_per_metric = 60;

@@ -30,7 +30,8 @@ inline constexpr std::size_t samples_per_shared_triangle = 8;
 struct PlacedSites {
   SampleSites sites;                 // N, by curve rank
   std::vector<std::uint32_t> order;  // N: the curve rank of the i-th sample of the file; empty: i
-  // What the samples of a triangle share, by triangle. Empty unless triangles are few beside the samples.
+  // Data that the samples of a triangle share, by triangle. Empty unless triangles are few beside the
+  // samples.
   std::vector<SharedBySamples> shared;
   std::size_t count() const { return sites.count(); }
   std::uint32_t rank(std::size_t i) const { return order.empty() ? static_cast<std::uint32_t>(i) : order[i]; }
