@@ -15,7 +15,7 @@ constexpr double bytes_per_file_triangle = 24;     // corners, offsets
 // Texture coordinates for their own sake: of every corner one of its own, while parts are joined; of every
 // vertex while an accessor is read.
 constexpr double bytes_per_coordinate_triangle = 120, bytes_per_coordinate_vertex = 40;
-// Of each number of an attribute that only a column asks for.
+// The bytes of each number of an attribute that only a column asks for.
 constexpr double bytes_per_asked_vertex = 32, bytes_per_attribute_sample = 12;
 
 constexpr std::uint64_t program_bytes = 30 << 20;      // measured: 25 MiB, with Embree 27

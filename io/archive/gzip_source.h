@@ -20,7 +20,8 @@ struct AccessPoint {
   std::string window;          // the bytes unpacked last, up to 32 KiB
 };
 
-// Of one gzip file. Grows while the file is read for the first time; afterwards it is shared by threads.
+// The access points of one gzip file. The list grows while the file is read for the first time; afterwards it
+// is shared by threads.
 class AccessPoints {
  public:
   // Whether a point at this place is wanted.

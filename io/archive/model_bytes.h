@@ -50,8 +50,8 @@ class ModelBytes {
   std::uint64_t file_bytes() const;  // of all files but those of colours alone
   // What the bytes took beside themselves while they were unpacked.
   std::uint64_t packed_bytes() const { return packed_bytes_; }
-  // Of the files of colours alone: their size, and what decoding images of their own takes, as their headers
-  // state.
+  // The size of the files that are read for colors alone, and the memory of decoding their images, as their
+  // headers state.
   std::uint64_t color_bytes() const;
   // The content of the model: the SHA-256 of its file; of a model that names other files, of the digests of
   // its file and of these in the order in which it names them (zeros for one that cannot be read).

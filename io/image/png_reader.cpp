@@ -118,7 +118,7 @@ void append_row(const png_byte* row, std::size_t width, bool colour, bool wide, 
   }
 }
 
-// Of a decoder that has read the header.
+// Checks the size that the header of a decoder promises.
 void check_promise(const Decoder& decoder, std::uint32_t width, std::uint32_t height) {
   if (png_get_rowbytes(decoder.png, decoder.info) > decoder.bytes.size() * most_expansion / height)
     fail("the header promises " + size_of(width, height) + ", more than " +

@@ -20,8 +20,8 @@ class JsonValue {
   explicit operator bool() const { return tree_ != nullptr; }
   bool is_object() const;
   bool is_array() const;
-  // Of an object; none where there is no such member, and of every other value. Of members with the same name
-  // the first counts. Cost: the number of members.
+  // The member of an object; an empty value if there is none, or if this is no object. The first counts if
+  // several share the name. Cost: the number of members.
   JsonValue member(std::string_view name) const;
   // The values of an array, or of the members of an object, in the order of the text; empty of any other
   // value.

@@ -187,7 +187,7 @@ GltfAccessor read_accessor(const Entry& entry) {
   return accessor;
 }
 
-// Of joints, and of texture coordinates: every set is looked up among all attributes.
+// The number of sets of joints, and of texture coordinates: each is looked up among all attributes.
 constexpr std::size_t most_sets = 64;
 
 GltfAttributes read_attributes(const Entry& entry) {

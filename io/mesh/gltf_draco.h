@@ -14,7 +14,7 @@ struct DracoAttribute {
   std::uint32_t id = 0;     // in the stream
   std::uint32_t width = 3;  // numbers per vertex
   bool optional = false;    // where the stream lacks it, or has it otherwise, there are no values
-  // Of the accessor that the values stand for: integers of the stream become fractions where it is
+  // The type of the accessor that the values stand for: integers of the stream become fractions where it is
   // normalized.
   GltfComponent component = GltfComponent::float32;
   bool normalized = false;

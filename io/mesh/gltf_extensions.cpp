@@ -116,7 +116,7 @@ std::string shown_text(std::string_view text, std::size_t most) {
     const std::size_t bytes = utf8_sequence_length(text);
     if (shown.size() + std::max<std::size_t>(bytes, 1) > most) break;
     const auto first = static_cast<unsigned char>(text[0]);
-    // Of two bytes, the first of these are control characters too.
+    // The first characters of two bytes are control characters too.
     const bool is_control = first < 0x20 || first == 0x7F ||
                             (first == 0xC2 && bytes == 2 && static_cast<unsigned char>(text[1]) < 0xA0);
     if (bytes == 0 || is_control)

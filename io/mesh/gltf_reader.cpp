@@ -100,7 +100,7 @@ bool asks_for_numbers(const MeshExtras& extras) {
                      [&](std::string_view name) { return asks_for(extras.attributes, name); });
 }
 
-// Of a scene that count_scene has counted: below 2^24.
+// The number of parts of a scene that count_scene has counted: below 2^24.
 std::size_t count_parts(const GltfDocument& document, const GltfScene& scene) {
   std::uint64_t parts = 0;
   for (std::uint32_t node = 0; node < document.nodes.size(); ++node) {
@@ -139,7 +139,7 @@ class SceneReader {
   struct PartSource {
     std::uint32_t node, mesh, material;
   };
-  // Of all parts, where one of numbered_attributes is asked for.
+  // The sources of all parts, where one of numbered_attributes is asked for.
   std::vector<PartSource> take_sources() { return std::move(sources_); }
 
   PolygonMesh read() {
@@ -374,7 +374,7 @@ class SceneReader {
     return facts.component != GltfComponent::float32 && !facts.normalized;
   }
 
-  // Of an accessor of the width that is asked for; what is wrong with one costs its values alone.
+  // Adds the values of an accessor of the width that is asked for; an invalid one loses its values alone.
   void add_asked(const AttributeColumn& column, std::uint32_t accessor, const VertexBlock& block) {
     if (accessor >= document_.accessors.size() || document_.accessors[accessor].count != block.count ||
         document_.accessors[accessor].width != column.width)
@@ -665,8 +665,8 @@ class SceneReader {
   };
   std::map<std::string, AskedValues> asked_;   // attributes by name
   std::vector<std::vector<AffineMap>> skins_;  // of joints, once they are asked for
-  // Of the mesh that is being placed, with the accessors of its colours and of what else is asked for, and
-  // its morph targets.
+  // The blocks of the mesh that is being placed, by its accessors (colors and asked columns too) and morph
+  // targets.
   std::map<std::tuple<GltfAttributes, std::uint32_t, std::vector<std::uint32_t>, ActiveTargets>, VertexBlock>
       blocks_;
   PolygonMesh mesh_;

@@ -161,7 +161,7 @@ std::vector<bool> drawn_nodes(const GltfDocument& document, const std::vector<st
   return drawn;
 }
 
-// Of the nodes that the scene names those that stand below no other of them, and what stands how often.
+// Finds which of the nodes that the scene names stand below no other of them, and how often each node stands.
 void count_copies(const GltfDocument& document, const std::vector<std::uint32_t>& named,
                   const std::vector<std::uint32_t>& order, GltfScene& scene) {
   const std::vector<bool> drawn = drawn_nodes(document, order);
@@ -312,7 +312,7 @@ struct MeshCounts {
   bool counted = false;
 };
 
-// Of a mesh at one place. `morphs`: some of its morph targets are not at 0.
+// The counts of a mesh at one place. `morphs`: some of its morph targets are not at 0.
 MeshCounts count_mesh(const GltfDocument& document, std::uint32_t number, bool morphs) {
   MeshCounts mesh;
   mesh.counted = true;
@@ -334,7 +334,7 @@ MeshCounts count_mesh(const GltfDocument& document, std::uint32_t number, bool m
       mesh.morphed += static_cast<std::uint64_t>(moving) * counts.vertices;
     }
     const std::uint64_t sets = primitive.attributes.joints.size();
-    // Of strips the triangles are listed where they are cut.
+    // The triangles of strips are listed where they are cut.
     mesh.most_at_once =
         std::max(mesh.most_at_once, (is_draco ? draco_bytes_per_triangle : 0) * counts.triangles +
                                         (is_draco ? draco_bytes_per_vertex : 0) * counts.vertices +
@@ -349,8 +349,8 @@ MeshCounts count_mesh(const GltfDocument& document, std::uint32_t number, bool m
 }  // namespace
 
 MeshEstimate count_scene(const GltfDocument& document, const GltfScene& scene, const CancelToken& cancel) {
-  // Of each mesh once, with morph targets and without: what stands in the scene a million times is looked at
-  // once.
+  // The counts of each mesh, with morph targets and without: a mesh that stands in the scene a million times
+  // is looked at once.
   std::vector<std::array<MeshCounts, 2>> of_mesh(document.meshes.size());
   MeshEstimate total;
   std::uint64_t parts = 0, morphed = 0, most_at_once = 0, instance_bytes = 0;

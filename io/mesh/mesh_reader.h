@@ -26,7 +26,7 @@ struct MeshEstimate {
   std::uint64_t file_bytes = 0;
   std::uint64_t vertices = 0;
   std::uint64_t triangles = 0;
-  // Of a member of an archive, in memory beside the file while it is unpacked.
+  // The bytes of a packed member of an archive, in memory while it is unpacked.
   std::uint64_t packed_bytes = 0;
   // What the reader takes beside the file, vertices and faces: decoded streams of glTF, the values of all
   // properties of PLY.

@@ -19,7 +19,7 @@ namespace {
 constexpr std::array<const char*, 3> color_properties = {"red", "green", "blue"};
 constexpr std::array<const char*, 2> coordinate_properties = {"s", "t"};
 
-// Of a PLY file, beside the attributes.
+// The properties of vertices in a PLY file, without the attributes.
 std::vector<std::string> ply_properties(bool colors, bool texcoord) {
   std::vector<std::string> names = {"x", "y", "z"};
   if (colors) names.insert(names.end(), color_properties.begin(), color_properties.end());
@@ -76,7 +76,7 @@ class MeshFile {
     flush_if_full();
   }
 
-  // Of OBJ; of vertices without, none.
+  // The texture coordinates of OBJ; vertices without have none.
   void coordinates(std::size_t vertices) {
     if (format_ != MeshFormat::obj || values_.texcoord.empty()) return;
     std::uint32_t count = 0;

@@ -295,7 +295,7 @@ const MtlMaterial* MtlMaterials::find(std::string_view name) const {
 
 namespace {
 
-// Of paths that are named again and again, each once, up to a bound.
+// Keeps each path once, however often it is named, up to a bound.
 class NamedPaths {
  public:
   explicit NamedPaths(std::size_t most) : most_(most) {}

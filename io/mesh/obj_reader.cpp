@@ -162,7 +162,7 @@ class CurrentMaterial {
 
   void use(std::string_view name) {
     const MtlMaterial* const material = materials_.find(name);
-    // Of a library that is lost, the materials are not missed beside it.
+    // If a library is lost, its materials are not counted as missing too.
     const bool is_missed = materials_.any_read || !materials_.notes.any();
     if (material == nullptr && is_missed && missing_.insert(name).second)
       notes_.add(Note::material_missing, fmt::format("no library has the material `{}`", name));

@@ -95,7 +95,7 @@ class PlyMeshReader {
     check_positions(*vertices);
   }
 
-  // Of an element with three properties of these names, which its attributes hold already.
+  // The colors of an element with three properties of these names, which its attributes hold already.
   std::vector<float> colors_of(std::string_view element_name, const std::vector<ScalarAttribute>& attributes,
                                std::size_t count) const {
     static constexpr std::array<std::array<std::string_view, 3>, 3> known = {
@@ -214,7 +214,7 @@ class PlyMeshReader {
     mesh_.colors.textures = std::move(textures);
   }
 
-  // Of faces that have the number of one of the file's materials as `material_index`.
+  // The colors of faces that have the number of one of the file's materials as `material_index`.
   std::vector<float> colors_of_materials() {
     const auto numbers = std::find_if(mesh_.face_attributes.begin(), mesh_.face_attributes.end(),
                                       [](const ScalarAttribute& a) { return a.name == "material_index"; });
@@ -379,7 +379,7 @@ class PlyMeshReader {
     }
     return Token::ok;
   }
-  // Of a row that is not there nothing stays.
+  // Drops the numbers of a row that is missing.
   static void close_numbers(PlyNumberList& list, bool has_row) {
     if (has_row)
       list.begin.push_back(list.values.size());

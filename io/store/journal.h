@@ -31,7 +31,7 @@ class Journals {
   std::uint64_t append(std::uint64_t journal, std::span<const std::byte> record);
   // Appends a record whose parts are made while it is written: `next` gives one after the other, an empty one
   // at the end; then `head`, which is written last, what stands before them, head_bytes long. Without it the
-  // record is none, whenever this process is killed. Returns its offset. When anything throws, nothing has
+  // record is invalid, whenever this process is killed. Returns its offset. When anything throws, nothing has
   // changed.
   std::uint64_t append_in_parts(std::uint64_t journal, std::size_t head_bytes,
                                 const std::function<std::span<const std::byte>()>& next,

@@ -31,7 +31,7 @@ struct Chunk {
   std::vector<std::byte> raw, filtered;
 };
 
-// Of a chunk: compression may add a little to what cannot be compressed, and there is a checksum.
+// The largest size of a chunk: compression may add a little to incompressible bytes, and there is a checksum.
 std::uint64_t most_filtered_bytes(const DatasetLayout& dataset) {
   constexpr std::uint64_t frame = 64;
   return dataset.chunk_bytes + dataset.chunk_bytes / 1000 + frame;
@@ -158,7 +158,8 @@ class JournalStoreWriter {
     if (checksum != header.payload_crc32c) damaged(row);
   }
 
-  // What fails with a record that has not been checked fails for that, if it is damaged.
+  // Runs `body` on a record that was not checked. If it throws, the record is checked first, so that damage
+  // is reported as damage.
   template <class Body>
   auto taking_apart(std::uint64_t row, const Body& body) {
     try {
@@ -485,7 +486,7 @@ std::uint64_t store_writing_bytes(const StoreHeader& header) {
     }
   }
   if (header.columns->has_names()) records += group_rows * most_name_bytes + 2 * store::names_chunk;
-  // Of rows of many chunks, a stretch.
+  // Rows of many chunks are read by stretches.
   if (points.chunk.chunks_per_row > 1) records = 2 * std::max<std::uint64_t>(store::payload_stretch, widest);
   return records + descriptors + samples;
 }

@@ -35,7 +35,7 @@ struct ExportSource {
   const std::atomic<bool>* stop;
   PointFrame frame;
 
-  // Of a sample: three coordinates.
+  // The bytes of a sample: three coordinates.
   std::uint64_t point_bytes() const {
     return 3 * (frame == PointFrame::file ? sizeof(double) : sizeof(float));
   }

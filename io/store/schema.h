@@ -57,7 +57,7 @@ struct ItemRecord {
   std::size_t status_offset = 0;
   std::optional<std::size_t> names_offset = {};  // of stores that have names
 
-  // Of the names of the row with these item columns.
+  // The length of the names of the row with these item columns.
   std::uint32_t names_bytes(std::span<const std::byte> items) const;
 };
 

@@ -165,7 +165,7 @@ Hdf5Type make_type(const DatasetLayout& dataset);
 std::vector<hsize_t> make_extents(const DatasetLayout& dataset, const StoreLayout& layout);
 std::vector<hsize_t> make_chunk_extents(const DatasetLayout& dataset);
 Hdf5Properties make_creation(const DatasetLayout& dataset, Compression compression);
-// Of a dataset whose rows are those of the same dataset of the packs, one after the other.
+// The layout of a dataset that joins the rows of the same dataset of all packs.
 Hdf5Properties make_virtual_creation(const DatasetLayout& dataset, const StoreLayout& layout,
                                      std::span<const StorePack> packs);
 void write_packs(hid_t file, std::span<const StorePack> packs);

@@ -45,7 +45,7 @@ struct OpenSource {
     if (layout.columns->has_names()) name_ends = reader.read_name_ends();
   }
 
-  // Of a column of texts in these rows, in bytes; at least 1.
+  // The bytes of the longest text of a column in these rows; at least 1.
   std::uint32_t longest_text(std::size_t dataset) const {
     const std::uint64_t width = reader.layout().datasets[dataset].row_bytes;
     std::vector<std::byte> texts;

@@ -125,7 +125,7 @@ struct StorePart {
   std::size_t dataset_of(std::string_view name) const;
   void read_chunks(std::size_t dataset, RowRange rows, std::uint64_t begin, std::span<float> values) const;
 
-  // Of the rows of a chunk, which lie in one block of item columns.
+  // Whether any row of a chunk is ok; its rows lie in one block of item columns.
   bool any_ok(std::uint64_t row, std::uint64_t count) const {
     if (!items.holds(row)) items.read(*file, row);
     for (const std::uint64_t end = std::min(row + count, file->layout().rows); row < end; ++row)

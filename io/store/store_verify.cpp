@@ -129,7 +129,7 @@ class RowChecker {
   const ItemReport& report_;
   const StoredColumns& columns_;
   std::vector<std::string>& problems_;
-  // Of the column that is being checked, as far as it came.
+  // The progress in the column that is being checked.
   std::string column_;
   std::size_t at_ = 0;
   std::uint32_t points_crc32c_ = 0;

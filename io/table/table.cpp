@@ -28,7 +28,7 @@ std::string readable_number(double number, int digits) {
   if (std::isinf(number)) return number > 0 ? "inf" : "-inf";
   if (number == 0) return "0";
   const std::string scientific = fmt::format("{:.{}e}", number, digits - 1);
-  // Of the rounded number: 9.9996 with four digits has the exponent of 10.
+  // The exponent of the rounded number: 9.9996 with four digits has that of 10.
   const int exponent = std::stoi(scientific.substr(scientific.find('e') + 1));
   if (exponent < -4 || exponent > 6) return scientific;
   return fmt::format("{:.{}f}", number, std::max(0, digits - 1 - exponent));

@@ -62,7 +62,8 @@ std::optional<std::size_t> attribute_of_array(const StoreColumns& columns, std::
   return std::nullopt;
 }
 
-// Of the files: `attribute:NAME` becomes `attribute_NAME`, since some systems know no colon in file names.
+// The name in files: `attribute:NAME` becomes `attribute_NAME`, since some systems know no colon in file
+// names.
 std::string file_word(std::string name) {
   if (name.starts_with(attribute_word)) name[attribute_word.size() - 1] = '_';
   return name;

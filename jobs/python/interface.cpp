@@ -77,7 +77,7 @@ const char* keep(std::string text) {
   return last_text.c_str();
 }
 
-// Of the exception in flight: what meander_error gives.
+// Notes the exception in flight, for meander_error.
 void note_error() noexcept {
   const auto note = [](const char* kind, const char* text, std::string_view status = {}) {
     JsonWriter json;

@@ -24,7 +24,7 @@ std::string text_of(WeightedRow& row);
 // vertices are x, y and z by themselves; corners of faces that do not all have equally many: null.
 std::string text_of(ContentMesh& mesh);
 
-// Of a function of the laboratory: {"numbers": {...}, "arrays": {...}}.
+// The result of a function of the laboratory: {"numbers": {...}, "arrays": {...}}.
 std::string text_of(LaboratoryResult& result);
 
 }  // namespace meander

@@ -45,7 +45,7 @@ class SamplingWork {
                        const SurfaceSampleParameters& parameters, const WorkLimits& limits);
   void sample_many(SharedSampler sampler, const WorkLimits& limits);
 
-  // Of sample_many: false when there is no room yet.
+  // Offers a mesh to sample_many; false when there is no room yet.
   bool offer(std::uint64_t index, SharedMesh mesh, std::chrono::milliseconds patience);
   void close();
 

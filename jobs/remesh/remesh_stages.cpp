@@ -15,7 +15,7 @@ namespace {
 constexpr std::uint64_t bytes_per_triangle = 220;         // half-edges, vertices; the search for crossings
 constexpr std::uint64_t bytes_per_fitted_triangle = 260;  // one and a half points of the surface to fit to
 constexpr std::uint64_t bytes_per_sample = 560;  // two triangles each, positions, lists, what is written
-// Of values that are carried: twice where they are made, once where they are written.
+// Carried values stand twice where they are made, and once where they are written.
 constexpr std::uint64_t bytes_per_byte = 3, bytes_per_number = 12;
 constexpr std::uint64_t bytes_per_carrying_triangle = 8;  // which corner a vertex has
 

@@ -55,8 +55,8 @@ RemeshTable remesh_table_of(const std::string& text, const std::string& source);
 // Lines of the log: an item that is begun, and what became of one.
 std::string log_line(const std::string& id);
 std::string log_line(const std::string& id, const RemeshRecord& record);
-// Adds the whole lines of a log to the table. What follows the first line that is none, as a kill or a power
-// cut may leave it, is not looked at.
+// Adds the whole lines of a log to the table. Ignores everything after the first incomplete line, which a
+// kill or a power cut may leave.
 void add_logged(std::string_view log, const std::string& source, RemeshTable& table);
 
 }  // namespace meander

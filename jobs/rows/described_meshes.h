@@ -27,7 +27,7 @@ class DescribedMeshes {
   std::uint64_t bytes(std::uint64_t row) const;
   // All files that the arguments name or contain.
   std::span<const std::filesystem::path> files_read() const { return read_; }
-  // Of memory that the access points of archives take.
+  // The memory of the access points of archives.
   std::uint64_t index_bytes() const { return index_bytes_; }
 
  private:

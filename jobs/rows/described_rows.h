@@ -37,7 +37,7 @@ class DescribedBlock {
  public:
   std::uint64_t first() const { return first_; }
   std::uint64_t count() const { return count_; }
-  // Of a row of the store that lies in the block.
+  // The values of a row of the store within the block.
   std::span<const float> values(std::size_t term, std::uint64_t row) const {
     return std::span(values_[term]).subspan((row - first_) * widths_[term], widths_[term]);
   }

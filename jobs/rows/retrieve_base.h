@@ -27,7 +27,8 @@ struct CompareOptions {
 };
 void add_compare_options(Command& command, CompareOptions& options);
 
-// Of a column of separate values: (value - mean) / deviation is compared; 0 where the deviation is 0.
+// How a column of separate values is scaled: (value - mean) / deviation is compared; 0 where the deviation is
+// 0.
 struct ColumnScale {
   double mean = 0, deviation = 0;
 };
@@ -83,7 +84,7 @@ const char* rules_text(bool psb_compat);
 // A row as a query. values: of all descriptors, one after the other. Empty where one of them could not be
 // made.
 std::optional<DescriptorQuery> query_of(const RetrievalBase& base, std::span<const float> values);
-// Of a row of the store.
+// The query for a row of the store.
 std::optional<DescriptorQuery> query_of(const StoreReader& store, const RetrievalBase& base,
                                         std::uint64_t row);
 

@@ -30,7 +30,7 @@ namespace {
 
 using RunSettings = SettingList<RunOptions>;
 
-// Of the rows, beside their samples.
+// The settings of rows, beside those of their samples.
 const RunSettings& row_settings() {
   static const RunSettings list = [] {
     RunSettings made;

@@ -82,7 +82,7 @@ void add_task_options(Command& array, int& offset, std::uint64_t& shards_a_task)
 
 // Adds the subcommand with its options.
 Command add_run_command(Command& program, RunOptions& options, RunOptionTexts& texts, ShardOptions& shard);
-// Of attributes that were named without their kind: see choose_kinds.
+// Chooses the kinds of attributes that were named without one (see choose_kinds).
 void choose_attribute_kinds(RunOptions& options, const StoreColumns* known, std::span<const PlanItem> items);
 // Throws UsageError with every problem at once; also when an option needs the laboratory and there is none.
 void resolve_run_options(RunOptions& options, const RunOptionTexts& texts, const Laboratory* laboratory);

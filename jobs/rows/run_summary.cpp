@@ -68,7 +68,7 @@ std::string lacking_attribute(const StoreSummary& summary) {
   const auto count = [&](Status status) { return summary.by_status[static_cast<std::size_t>(status)]; };
   if (count(Status::missing_attribute) == 0 || count(Status::ok) > 0 || count(Status::zero_density) > 0)
     return {};
-  for (const StoreSummary::Failure& failure : summary.failures)
+  for (const StoreSummary::FailedRow& failure : summary.failures)
     if (failure.status == Status::missing_attribute)
       return fmt::format("no model has what the command names: {} ({})", failure.reason, failure.id);
   return {};
@@ -116,7 +116,7 @@ std::string summary_json(const RunOutcome& outcome, const RunOptions& options) {
     json.member("notice", lacking);
   json.key("failed");
   json.begin_array();
-  for (const StoreSummary::Failure& failure : summary.failures) {
+  for (const StoreSummary::FailedRow& failure : summary.failures) {
     json.begin_object();
     json.member("id", failure.id);
     json.member("status", name_of(failure.status));
@@ -402,7 +402,7 @@ void write_failed_list(const RunOptions& options, const StoreSummary& summary,
     return;
   }
   std::string list;
-  for (const StoreSummary::Failure& failure : summary.failures) {
+  for (const StoreSummary::FailedRow& failure : summary.failures) {
     std::string reason = failure.reason;
     for (char& c : reason)
       if (c == '\n' || c == '\r') c = ' ';

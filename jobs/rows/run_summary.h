@@ -23,7 +23,7 @@ struct StoreSummary {
   std::array<std::uint64_t, status_names.size()> by_status{};
   std::array<std::uint64_t, method_names.size()> by_method{};              // of ok rows
   std::array<std::uint64_t, order_reason_names.size()> by_order_reason{};  // of ok rows
-  // Of repairs and of notes: how many in all, in how many models, and the first of these.
+  // A kind of repair or note: its number, the models that have it, and the first of these.
   struct Tally {
     std::uint64_t count = 0, models = 0;
     std::string example;       // an id
@@ -42,13 +42,13 @@ struct StoreSummary {
   std::vector<std::string> absent;  // names of attributes that none of the ok rows has, where there are some
   std::vector<std::pair<std::string, std::uint64_t>>
       undescribed;  // see count_undescribed; empty: not counted
-  struct Failure {
+  struct FailedRow {
     std::uint64_t row;
     std::string id;
     Status status;
     std::string reason;
   };
-  std::vector<Failure> failures;
+  std::vector<FailedRow> failures;
   std::uint64_t failed() const { return rows - by_status[0]; }
 };
 

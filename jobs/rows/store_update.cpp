@@ -36,8 +36,8 @@ bool can_be_read(const PlanItem& item) {
   }
 }
 
-// Of a model that may name other files: whether all have the size that they had together, and none was
-// changed since then. Throws ItemError when the model's own file cannot be read.
+// Whether the files of a model have the size that they had together, and none was changed since then. Throws
+// ItemError when the model's own file cannot be read.
 bool files_are_as_old(const PlanItem& item, const ItemReport& report, TimePoint since) {
   const MeshEstimate now = peek_model(item);
   if (now.file_bytes != report.file_bytes) return false;

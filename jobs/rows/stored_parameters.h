@@ -18,9 +18,9 @@ struct StoredParameters {
   std::vector<DescribeParameters> describe;  // one descriptor each, in the order of what is wanted
 };
 
-// Of a store of meshes and some of its descriptors: the settings that the store records, checked by recording
-// them again. Throws UsageError, naming `path`, where this
-// program cannot repeat them (a store of parametric surfaces, of tensors from a file, of another version
+// Recovers the settings that a store of meshes and some of its descriptors were made with, and checks them by
+// recording them again. Throws UsageError, naming `path`, where this program cannot repeat them (a store of
+// parametric surfaces, of tensors from a file, of another version
 // whose parameters differ) or does not know a descriptor.
 StoredParameters stored_parameters(const StoreReader& store, const std::string& path,
                                    std::span<const DescriptorSchema> wanted);

@@ -215,8 +215,6 @@ std::vector<PlanItem> read_shard_items(const fs::path& folder, const StoreHeader
         std::clamp<std::int64_t>(json.integer("folders_above").value_or(1), 0, 65535));
     item.tensor_path = unescape_id(json.text("tensor_path").value_or(""));
     item.tensor_dataset = json.text("tensor_dataset").value_or("");
-    item.label = header.labels[item.row];
-    item.split = header.split(item.row);
   }
   if (items.size() != header.ids.size()) refuse_items(path, "it ends too early");
   return items;

@@ -282,6 +282,9 @@ class RunJob {
       require_same_parameters(store);
       const auto since = known_since_.value_or(inputs_read_since(options_.store));
       const StoreComparison compared = compare_with_inputs(store, inputs_.items, header_, since);
+      const bool has_more_to_do =
+          unfinished || !compared.added.empty() || compared.relabelled || !words_of(retry_).empty();
+      if (!has_more_to_do) return report(store, compared);
       const RetryOptions retry = unfinished ? *retry_of(*unfinished) : retry_;
       const PlannedStore planned =
           planned_store(unfinished ? continued(*unfinished) : plan_of_update(store, compared, retry),

@@ -20,17 +20,4 @@ HistogramError histogram_error(std::span<const double> measured, std::span<const
   return error;
 }
 
-Spread spread_of(const std::vector<double>& values) {
-  Spread spread;
-  const auto count = static_cast<double>(values.size());
-  for (const double v : values) spread.mean += v / count;
-  if (values.size() < 2) return spread;
-  for (const double v : values) spread.deviation += (v - spread.mean) * (v - spread.mean) / (count - 1);
-  spread.deviation = std::sqrt(spread.deviation);
-  spread.error = spread.deviation / std::sqrt(count);
-  return spread;
-}
-
-double gap_of(const Spread& a, const Spread& b) { return (a.mean - b.mean) / std::hypot(a.error, b.error); }
-
 }  // namespace meander

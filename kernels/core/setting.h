@@ -184,12 +184,6 @@ class SettingList {
   }
 
   std::span<const Item> items() const { return items_; }
-  // Null where no setting has the keyword.
-  const Item* with_keyword(std::string_view keyword) const {
-    for (const Item& item : items_)
-      if (!keyword.empty() && item.keyword == keyword) return &item;
-    return nullptr;
-  }
 
  private:
   Item& add(std::string name, std::string option, std::string help) {

@@ -145,8 +145,8 @@ inline double share_after(int bisections) {
   return std::bit_cast<double>(static_cast<std::uint64_t>(1023 - bisections) << 52);
 }
 
-// Of the piece of this path, the part of it, by one number in [0, 1), that the density of its source is
-// constant on: parts are chosen by mass. The piece itself where there is none below it.
+// Chooses, by mass and one number in [0, 1), the part of a piece on which the density of its source is
+// constant; the piece itself if nothing lies below it.
 WorkPiece part_by_mass(const TriangleSource& source, std::uint32_t path, double choice);
 
 // Mass of the piece of this path: area x mean of the linear density at its corners (exact for a linear

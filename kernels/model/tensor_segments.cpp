@@ -64,7 +64,8 @@ struct SegmentChart {
   bool is_measurable() const { return !flat.u.empty(); }
 };
 
-// Of a half, relative to a whole segment: enough for all seams, and many rounds cannot multiply the work.
+// The effort for a half, relative to a whole segment: enough for all seams, and many rounds cannot multiply
+// the work.
 constexpr double effort_of_halves = 0.25;
 
 // effort: see FlattenParameters.

@@ -329,7 +329,7 @@ class Bisection {
   }
 
   // One sheet, or one side of the stack, before the other: along the largest extent within each. The halves
-  // get as many leaves as their masses ask for; where that is none, the node is cut in space after all.
+  // get as many leaves as their masses ask for; if one gets none, the node is cut in space after all.
   bool separate_sheets(const Node& node, std::span<const NodeItem> items, const SheetCut& cut,
                        std::size_t axis, std::vector<float>& at, std::uint32_t& low_leaves) const {
     at.resize(items.size());

@@ -97,8 +97,9 @@ struct BalancedCells {
   std::vector<CellPoint> point;               // n in place of entries, where net points were asked for;
                                               // their names are elements
   std::vector<CellPolygons> polygon;          // of each block, where exact cells keep theirs; else none
-  std::vector<TreeCut> cut;  // by node of the tree, depth first: those of a node with c leaves below it
-                             // follow it, 2 c - 1 of its low half, then those of the other; leaves have none
+  // Cuts by node of the tree, depth first: a node is followed by the 2 c - 1 nodes of its low half, which has
+  // c leaves, then by those of its high half. Leaves have no cut.
+  std::vector<TreeCut> cut;
   std::array<double, 2> unit{};  // of masses: factors, as their product may be out of range
   std::span<const CellEntry> entries(const Cell& c) const {
     return std::span(block[c.block]).subspan(c.first, c.entries);
@@ -109,17 +110,15 @@ struct BalancedCells {
 // Orders the elements by an equal-mass k-d tree of n leaves, so that the k-th of n equal shares of the mass
 // is one compact cell.
 //
-// - A node of s shares is cut across the largest extent of its elements' centroids, with lower_leaves(s)
-// shares
-//   below the cut. A node that is a thin stack of sheets is cut between the sheets instead: by the side that
-//   they face, then by height.
+// - A node of s shares is cut across the largest extent of its elements' centroids, with lower_leaves(s) of
+//   them below the cut. A node that is a thin stack of sheets is cut between the sheets instead: by the side
+//   that they face, then by height.
 // - The path visits the children in the order that makes it shorter, given the nodes before and after it. The
 //   elements of a cell follow the direction in which the path passes it.
 // - Nodes of at most 64 shares divide split elements into halves, nodes of at most 16 shares into all their
 //   parts. An element that a cut has already divided is not split again.
 // - Masses are integers (2^-61 of the power of two above the total): cuts are exact, and sums do not depend
-// on
-//   their order. The place in the node's list breaks ties.
+//   on their order. The place in the node's list breaks ties.
 //
 // `shares`: 0 stands for n. Otherwise at least n, below 2^32: the mass has this many equal shares, and cell k
 // of the tree holds those from floor(k shares / n) to floor((k + 1) shares / n).

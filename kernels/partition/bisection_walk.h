@@ -11,14 +11,14 @@
 
 namespace meander {
 
-// Of elements that have a place: how often one is bisected for its parts to weigh at most elements.limit; 0
-// if it is no wide piece.
+// How often an element that has a place is bisected for its parts to weigh at most elements.limit; 0 if it is
+// no wide piece.
 int bisections_of(const MeasuredMesh& surface, const CurveElements& elements, std::size_t element);
 
 // A path through the parts of a wide piece, all of which weigh the same. The piece has a place that the path
 // comes from, the centroid of the element before it, and one that it goes to, that of the element after it.
-// Of two halves the one comes first for which the sum of squared distances, from the first place to this half
-// and from the other half to the second place, is smaller; a half is then where the path of the other one
+// The half comes first for which the sum of squared distances, from the first place to it and from the other
+// half to the second place, is smaller; a half is then where the path of the other one
 // comes from or goes to, and so on. Wide pieces are plain ones, of uniform density in space.
 class BisectionWalk {
  public:

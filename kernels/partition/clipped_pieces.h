@@ -69,8 +69,9 @@ class ClippedPieces {
   Point centre(const Extent& extent) const;
 
   // Both sides of the plane across the axis of the extent that has `target` of the mass below it, to 2^-14 of
-  // a `cell`'s mass times the root of the number of cells; what else is missing goes over from what lies next
-  // to the plane. Where there is no room in a tree for what the plane would part, it parts nothing. The list
+  // a `cell`'s mass times the root of the number of cells; the rest of the mass is taken from the polygons
+  // next to the plane. Where there is no room in a tree for what the plane would part, it parts nothing. The
+  // list
   // itself must not be used any more. O(P), and O(P log P) where mass goes over.
   std::pair<List, List> cut(List list, const Extent& extent, double target, double cell);
   // A polygon: the mean of its corners, in space, and these by their weights.
@@ -90,8 +91,8 @@ class ClippedPieces {
   // Both in one. O(P).
   List joined(List first, List second);
 
-  // Of each of so many equal shares of the mass a place in it, and the name of its triangle:
-  // visit(place, name). Places are those of part(). O(P).
+  // Calls visit(place, triangle) for one place in each of `probes` equal shares of the mass. Places are those
+  // of part(). O(P).
   template <class Visit>
   void probe(List list, double mass, std::size_t probes, const Visit& visit) const;
   // A direction of space as it is here.

@@ -12,7 +12,7 @@ namespace meander {
 // groups are not among them.
 struct CutHistory {
   std::uint32_t side = 0;  // bit k: the upper side of the last cut but k, of 32
-  // Of the last 8 cuts across the axes other than this one, likewise; 0 where there were none.
+  // The sides of the last 8 cuts across the axes other than this one, likewise; 0 where there were none.
   std::array<std::uint8_t, 3> side_across_others{};
   std::array<std::uint8_t, 3> cuts{};
 

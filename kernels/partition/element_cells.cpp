@@ -101,7 +101,7 @@ struct CellPieces {
              const KeptOfPieces& kept)
       : pieces(
             cut_source(source, part, limit, [&] { return PlacedPieces(source.places, source.key, kept); })) {
-    check_count(pieces.point.size(), most_balanced_elements);
+    check_elements(pieces.point.size(), most_balanced_elements);
     source.cancel.check();
     if (use != ElementUse::places) return;
     turned_normal = source.normal;

@@ -48,8 +48,8 @@ constexpr CellForm cell_form(const ElementParameters& parameters, bool in_space,
 // clips grow with the root of the number of triangles that it holds. A point in a triangle of mass m shares
 // its cell with W / (n m) triangles of that size; the mean of the root of this over the mass, squared, must
 // be at most most_typical_triangles. It is (sum of sqrt(m))^2 / (W n): the number of triangles a sample where
-// these are alike, less where most of the mass lies in a few. And as each triangle has a place in the tree
-// and takes memory, however small it is, there may not be more than so many a sample, and so many in all.
+// these are alike, less where most of the mass lies in a few. Every triangle takes memory, however small it
+// is. Their number is therefore bounded, per sample and in total.
 inline constexpr double most_typical_triangles = 4, most_clipped_per_sample = 16, most_clipped = 1 << 18;
 // The number of triangles above which they are never clipped; up to most_typical_triangles a sample they
 // always are. Of regions (`coarse`) these are coarse pieces, and both limits are the same.

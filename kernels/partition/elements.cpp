@@ -191,7 +191,7 @@ CurveElements along_space_curve(const ElementSource& source, const SurfacePart& 
     return PlacedPieces(source.places, source.key,
                         KeptOfPieces{.vertices = parameters.use == ElementUse::vertices});
   });
-  check_count(pieces.size(), most_curve_elements);
+  check_elements(pieces.size(), most_curve_elements);
   source.cancel.check();
   const SpaceOrder order = space_order(pieces.point, false);
   return in_space_order(std::move(pieces), order);
@@ -253,7 +253,7 @@ double element_limit(const MeshMeasure& measure, const ElementParameters& parame
   return total / (parameters.elements_per_sample * static_cast<double>(parameters.samples));
 }
 
-void check_count(std::size_t elements, std::size_t most) {
+void check_elements(std::size_t elements, std::size_t most) {
   if (elements > most)
     throw ItemError(Status::too_large, std::to_string(elements) + " curve elements are more than the 2^" +
                                            std::to_string(std::countr_zero(most)) + " that can be numbered");
@@ -267,7 +267,7 @@ CurveElements elements_from(const ElementSource& source, const SurfacePart& part
   const KeyedPieces pieces = cut_source(source, part, part.limit, [&] {
     return KeyedPieces(source.places, source.group, source.key, parameters);
   });
-  check_count(pieces.elements.size(), most_curve_elements);
+  check_elements(pieces.elements.size(), most_curve_elements);
   source.cancel.check();
   return along_curve(source.surface.mesh(), pieces.elements, parameters.use == ElementUse::vertices);
 }

@@ -98,7 +98,7 @@ using SurfaceOrder = std::variant<CurveElements, ElementCells, SurfaceRegions>;
 // The most that an element may weigh. Throws ItemError(zero_density) when the total mass is zero.
 double element_limit(const MeshMeasure& measure, const ElementParameters& parameters);
 // Throws ItemError(too_large) for more elements than that.
-void check_count(std::size_t elements, std::size_t most);
+void check_elements(std::size_t elements, std::size_t most);
 
 // What the bytes of elements, cells and regions depend on.
 struct OrderSizes {

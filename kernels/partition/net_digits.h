@@ -41,8 +41,8 @@ class CellDigits {
   std::uint32_t operator()(std::uint32_t j) const {
     return net_digit(sides_, past_ + j) ^ static_cast<std::uint32_t>(shift_ >> (past_ + j) & 1u);
   }
-  // Of what lies along the axis the share below the sample, in [0, 1): two digits, then those of `rest` in
-  // [0, 1).
+  // The share of the cell below the sample along the axis, in [0, 1): two digits, then those of `rest` in [0,
+  // 1).
   double share(double rest) const {
     for (std::uint32_t j = net_digits_in_cell; j > 0; --j) rest = ((*this)(j - 1) + rest) / 2;
     return rest;

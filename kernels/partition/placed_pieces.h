@@ -191,7 +191,7 @@ class PlacedPieces {
     path.push_back(piece_path);
   }
 
-  // Of the piece that was added last.
+  // Stores the corners of the piece that was added last.
   void store_corners(const std::array<Vector3, 3>& corner) {
     if (corners.empty()) corners.reserve(point.capacity());
     corners.resize(point.size());

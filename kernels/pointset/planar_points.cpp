@@ -15,7 +15,7 @@ namespace meander {
 namespace {
 
 constexpr double below_one = 1.0 - 0x1p-53;
-constexpr std::uint64_t shift_index = ~std::uint64_t{0};  // of the torus shift; points use lower ones
+constexpr std::uint64_t shift_index = ~std::uint64_t{0};  // of numbers that all points share; points use lower ones
 
 PlanarPoints points_of(std::uint32_t count) {
   PlanarPoints points;
@@ -142,15 +142,6 @@ std::array<std::uint32_t, 2> sobol_words(std::uint32_t index) {
     second ^= second >> 1;
   }
   return point;
-}
-
-void shift_on_torus(PlanarPoints& points, std::uint64_t seed) {
-  const UnitPair shift = random_pair(make_random_key(seed, {}), Stream::point_set, shift_index, 1);
-  const auto wrap = [](double w) { return std::min(w < 1 ? w : w - 1, below_one); };
-  for (std::size_t i = 0; i < points.count(); ++i) {
-    points.x[i] = wrap(points.x[i] + shift.first);
-    points.y[i] = wrap(points.y[i] + shift.second);
-  }
 }
 
 PlanarPoints planar_points(PlanarMethod method, std::uint32_t count, std::uint64_t seed,

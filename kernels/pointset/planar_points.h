@@ -10,7 +10,7 @@
 
 namespace meander {
 
-// "Deterministic" sets do not depend on the seed: one run is all there is (shift_on_torus makes others).
+// "Deterministic" sets do not depend on the seed: one run is all there is.
 enum class PlanarMethod : std::uint8_t {
   random,              // independent
   jittered,            // one random point in each cell of a grid; see below for counts without a root
@@ -70,11 +70,6 @@ struct PlanarParameters {
 // of its range.
 PlanarPoints planar_points(PlanarMethod method, std::uint32_t count, std::uint64_t seed,
                            const PlanarParameters& parameters = {});
-
-// Cranley and Patterson 1976: adds one random vector, a function of the seed, to all points modulo 1. It
-// makes an unbiased randomisation of a deterministic set, whose discrepancy for anchored shapes is in general
-// worse than that of the set itself.
-void shift_on_torus(PlanarPoints& points, std::uint64_t seed);
 
 // Digits of `index` in `base` >= 2 mirrored at the radix point (van der Corput 1935). Pure; O(log index).
 double radical_inverse(std::uint32_t base, std::uint32_t index);

@@ -1,4 +1,4 @@
-// Point location by the first triangle that a ray hits (docs/METHODS.md 6.2).
+// Point location by the first triangle that a ray hits (docs/METHODS.md 6.7).
 #pragma once
 
 #include <span>

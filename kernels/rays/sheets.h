@@ -27,7 +27,7 @@ constexpr double conflict_bytes(double triangles) {
 // The different conflicts among those that are added, which are mostly the same ones again and again.
 class ConflictSet {
  public:
-  // Of a chart with so many triangles.
+  // For a chart with this many triangles.
   explicit ConflictSet(std::size_t triangles);
   // Two triangles in either order. Once half of most_conflicts are found to be different, no more are added.
   void add(std::uint32_t a, std::uint32_t b) {

@@ -119,8 +119,8 @@ class Remover {
     return false;
   }
 
-  // Of a vertex on lines only neighbours on them: along a smooth line as far as it stays where it is, and
-  // from corner to corner within a small part of the spacing. False where there is none.
+  // Chooses targets for a vertex on lines among its neighbors on them: along a smooth line as far as it stays
+  // where it is, and from corner to corner within a small part of the spacing. False where there is none.
   bool choose_line_targets(std::uint32_t v) {
     const double spacing = spacing_[v];
     const bool corner = is_corner(v);

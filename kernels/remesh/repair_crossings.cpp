@@ -238,7 +238,7 @@ class CrossingRepair {
       if (exists(slot) && box_of(trial(slot).corner).meets(box)) look(slot);
   }
 
-  // Of these triangles with each other and with all but those that they replace.
+  // The crossings of these triangles with each other and with all but those that they replace.
   std::size_t crossings_of(std::uint32_t part, std::span<const Trial> trials,
                            std::span<const std::uint32_t> replaced) const {
     std::size_t count = 0;

@@ -200,7 +200,7 @@ class NetOrder {
       if ((entry(range[0]) > entry(range[1])) != upper) std::swap(range[0], range[1]);
       return;
     }
-    // Of an odd number the larger half lies on either side: were it always the same, prefixes of all sets
+    // The larger half of an odd number lies on either side: were it always the same, prefixes of all sets
     // would have more samples there, or fewer.
     const std::uint32_t low = leaves / 2 + static_cast<std::uint32_t>(leaves & word_of(first, leaves, 1) & 1);
     row_.clear();

@@ -54,7 +54,8 @@ struct Offer {
   const SpacingParameters& parameters;
   Levels levels;
 
-  // The first places of a leaf are one in each of so many equal shares of it, and so are those of a repair.
+  // A leaf is divided into `candidates` equal shares and offers one place in each; a repair does the same
+  // with `repair_candidates`.
   // The first places of coarser strata are such places of their leaves.
   PlaceName in_leaf(const PlaceName& name) const {
     if (static_cast<int>(name.level) == levels.last || name.number >= parameters.candidates) return name;

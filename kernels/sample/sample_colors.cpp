@@ -40,7 +40,8 @@ Color vertex_color(const SurfaceColors& colors, const Samples& samples, std::siz
   return sum;
 }
 
-// Of x in [0.001, 1], by Newton's iteration from above. Not the C library's, whose last bits differ between
+// The cube root of x in [0.001, 1], by Newton's iteration from above. Not the C library's, whose last bits
+// differ between
 // processors.
 double cube_root(double x) {
   double root = 1;

@@ -22,9 +22,9 @@ struct SampleColors {
 // The colour of the mesh at each sample, which `face`, `corners` and `barycentric` name. Colours of vertices
 // are interpolated linearly between the three corners, which are the file's own: two vertices at one place
 // keep their two colours. Where a corner has none, the colour of the polygon stands in.
-// Of colours as displayed (SurfaceColors::linear false) the stored values are interpolated, as PLY and OBJ
-// viewers do. Of colours in linear light, the product of vertex and face is made, one that is missing being
-// white, and put through the transfer function of sRGB (IEC 61966-2-1). Values are clamped to [0, 1] and
+// Display colors (SurfaceColors::linear false) are interpolated as stored, as PLY and OBJ viewers do. Linear
+// ones of vertex and face are multiplied, a missing one being white, and put through the transfer function of
+// sRGB (IEC 61966-2-1). Values are clamped to [0, 1] and
 // rounded to the nearest of 256. A sample with neither has color_fill thrice.
 // On a polygon with a texture (see SampleTextures) the colour of the image goes first, times that of the
 // polygon and, of colours in linear light, of the vertices. Where the image or its coordinates are lost, the

@@ -49,8 +49,8 @@ OutputFrame frame_of_points(const PreparedMesh& mesh, std::size_t count, const F
   return frame;
 }
 
-// Of samples that were drawn again: where their frame follows from them, which they are and the sites of
-// their first draws; how many stay at one place with another.
+// The redrawn samples. `first`: their ranks and the sites of their first draws, kept where the frame depends
+// on them. `coincident`: how many still share a point with another one.
 struct Redrawn {
   std::vector<std::pair<std::uint32_t, SampleSite>> first;
   std::uint32_t coincident = 0;

@@ -91,7 +91,7 @@ void at_positions(const CurveElements& elements, std::span<const double> positio
   }
 }
 
-// Of a region, whose wide pieces are elements: samples in their parts, from rank `first` on.
+// Places samples in the parts of the wide pieces of a region, which are elements, from rank `first` on.
 void place_in_parts(const CurveElements& elements, const MeasuredMesh& surface,
                     std::span<const double> position, std::size_t first, RandomKey key, SampleSites& found,
                     const CancelToken& cancel) {

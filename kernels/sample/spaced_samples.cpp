@@ -281,7 +281,7 @@ class SpacedLevel {
     // With no other sample within reach of any place, what lies within reach of one says nothing of its room.
     const float limit = reach_[stratum] * reach_[stratum];
     if (std::none_of(visit.squared.begin(), visit.squared.end(), [&](float d) { return d < limit; })) return;
-    // Of places that are equally good, the one where the sample is.
+    // Among places that are equally good, the sample stays.
     float best = -INFINITY;
     const auto places = static_cast<std::uint32_t>(offered_.places());
     const std::uint32_t first = number_[stratum];

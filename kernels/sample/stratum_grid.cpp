@@ -40,7 +40,7 @@ std::uint64_t StratumGrid::brick_key(std::int64_t x, std::int64_t y, std::int64_
   return static_cast<std::uint64_t>(level) << 51 | bits(z) << 34 | bits(y) << 17 | bits(x);
 }
 
-// Of a brick, along one axis.
+// The cells of a brick along one axis.
 std::uint64_t StratumGrid::cells_between(std::int64_t first, std::int64_t last, std::size_t axis) {
   return slabs[axis][static_cast<std::size_t>(first)][static_cast<std::size_t>(last)];
 }

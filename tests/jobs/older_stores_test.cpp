@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "io/store/store_reader.h"
 #include "io/store/store_verify.h"
 #include "support/catch.h"
 #include "support/meander_program.h"
@@ -127,4 +128,54 @@ TEST_CASE("older stores: rows of a store of format 5 are reused") {
   folder.bring_store("describe");
   folder.run("new", {"--reuse", "describe.h5"});
   CHECK(folder.bytes("new") == folder.fresh_bytes());
+}
+
+TEST_CASE("older stores: stores of formats 2 to 4 are whole, exported, and described further") {
+  for (std::uint32_t format = 2; format <= 4; ++format) {
+    const ScratchFolder scratch;
+    const fs::path store = scratch / "s.h5";
+    fs::copy_file(fixtures / "formats_2_to_4" / ("format" + std::to_string(format) + ".h5"), store);
+    INFO("format " << format);
+    CHECK(verify_store(store).problems == std::vector<std::string>{});
+    const StoreReader before(store);
+    CHECK(before.format_version() == format);
+    REQUIRE(before.rows() == 4);
+    const ProcessResult exported =
+        meander_with({"export", store.string(), "--format", "npz", "-o", (scratch / "arrays").string()});
+    INFO(exported.out << exported.err);
+    CHECK(exported.exit_code == 0);
+
+    const ProcessResult described = meander_with({"describe", store.string(), "--descriptors", "a3",
+                                                  "--progress", "none", "-o", (scratch / "d.h5").string()});
+    INFO(described.out << described.err);
+    CHECK(described.exit_code == 0);
+    CHECK(verify_store(scratch / "d.h5").problems == std::vector<std::string>{});
+    const StoreReader after(scratch / "d.h5");
+    CHECK(after.format_version() == store_format_version);
+    for (std::uint64_t row = 0; row < 4; ++row) {
+      CHECK(after.id(row) == before.id(row));
+      CHECK(after.read_row(row).samples.points == before.read_row(row).samples.points);
+      CHECK(after.read_row(row).samples.face == before.read_row(row).samples.face);
+      CHECK(after.read_row(row).samples.rgb == before.read_row(row).samples.rgb);
+    }
+  }
+}
+
+TEST_CASE("older stores: samples of another method version are neither extended nor reused") {
+  const OlderFolder folder("format5");
+  fs::copy_file(fixtures / "formats_2_to_4/format4.h5", folder.scratch / "old.h5");
+  const std::string before = folder.bytes("old");
+  for (const std::vector<std::string>& target :
+       {std::vector<std::string>{"-o", "old.h5"},
+        std::vector<std::string>{"-o", "new.h5", "--reuse", "old.h5"}}) {
+    std::vector<std::string> arguments = {"run",         "models",     "-n",         "16", "--colors",
+                                          "--attribute", "quality",    "--describe", "d2", "--bins",
+                                          "8",           "--progress", "none"};
+    arguments.insert(arguments.end(), target.begin(), target.end());
+    const ProcessResult result = folder.command(arguments);
+    CHECK(result.exit_code == 2);
+    CHECK(contains(result.err, "the method version was 15, now it is"));
+  }
+  CHECK(folder.bytes("old") == before);
+  CHECK_FALSE(fs::exists(folder.scratch / "new.h5"));
 }

@@ -200,19 +200,6 @@ TEST_CASE("planar_points: regular Hilbert is a grid for powers of four, at verti
   }
 }
 
-TEST_CASE("shift_on_torus: one vector for all points") {
-  const PlanarPoints before = planar_points(PlanarMethod::halton, 500, 1);
-  PlanarPoints after = before, other = before;
-  shift_on_torus(after, 4);
-  shift_on_torus(other, 5);
-  CHECK(after.x != other.x);
-  for (std::size_t i = 0; i < 500; ++i) {
-    CHECK((after.x[i] >= 0 && after.x[i] < 1 && after.y[i] >= 0 && after.y[i] < 1));
-    CHECK(std::abs(std::remainder(after.x[i] - before.x[i] - after.x[0] + before.x[0], 1.0)) < 1e-15);
-    CHECK(std::abs(std::remainder(after.y[i] - before.y[i] - after.y[0] + before.y[0], 1.0)) < 1e-15);
-  }
-}
-
 TEST_CASE("planar_points: Poisson disk keeps its distance") {
   for (const std::uint32_t count : {256u, 1024u, 2048u}) {
     const double spacing = relative_spacing(planar_points(PlanarMethod::poisson_disk, count, count));
