@@ -220,7 +220,7 @@ int info(const InfoOptions& options) {
   if (!options.item.empty()) return show_item(store, options);
   const StoreSummary summary = summarise(store, !options.failed && options.check == StoreCheck::every_byte);
   if (options.failed) {
-    for (const StoreSummary::Failure& failure : summary.failures)
+    for (const StoreSummary::FailedRow& failure : summary.failures)
       fmt::print("{}: {}: {}\n", failure.id, name_of(failure.status), failure.reason);
   } else if (options.json) {
     show_counts_json(store, summary);
