@@ -31,6 +31,8 @@ namespace {
 // array have none: version 5 of theirs was as 6.
 constexpr std::string_view magic_begin = "meander plan ";
 constexpr char plan_version = '7', sentence_version = '6', shard_version = '5';
+// The oldest store format whose plans are laid out as today's, and whose journals hold the same columns.
+constexpr std::uint32_t oldest_planned_format = 5;
 constexpr std::size_t magic_bytes = magic_begin.size() + 2;  // with the version and a line feed
 
 constexpr std::array<std::string_view, 6> purpose_phrases = {"sample",           "replace the store",
@@ -114,8 +116,11 @@ class PlanReader {
     for (ColumnSet* const set : {&columns.asked, &columns.left_out})
       for (std::uint64_t left = read(sample_columns.size()); left > 0; --left) {
         const std::string_view name = take(read());
+        const auto is_named = [&](const SampleColumn& column) {
+          return column.name == name || column.name_in(oldest_planned_format) == name;
+        };
         std::size_t c = 0;
-        while (c < sample_columns.size() && sample_columns[c].name != name) ++c;
+        while (c < sample_columns.size() && !is_named(sample_columns[c])) ++c;
         if (c == sample_columns.size()) damaged();
         (*set)[c] = true;
       }
@@ -161,7 +166,7 @@ class PlanReader {
     const std::uint64_t left_out = read((1u << words.size()) - 1);
     for (std::size_t c = 0; c < sample_columns.size(); ++c)
       for (std::size_t w = 0; w < words.size(); ++w)
-        if (sample_columns[c].word() == words[w]) columns.left_out[c] = (left_out >> w & 1) != 0;
+        if (sample_columns[c].recorded_word() == words[w]) columns.left_out[c] = (left_out >> w & 1) != 0;
   }
 
   std::string_view text_;
@@ -213,6 +218,10 @@ std::string plan_text(const RunPlan& run) {
   return plan.take();
 }
 
+bool is_planned(std::uint32_t format_version) {
+  return format_version >= oldest_planned_format && format_version <= store_format_version;
+}
+
 struct StoredPlan {
   std::uint32_t format_version = 0;
   RunPlan run;
@@ -223,7 +232,7 @@ StoredPlan parse_plan(std::string_view text, bool is_earlier, const fs::path& pa
   StoredPlan stored;
   StoreHeader& header = stored.run.header;
   plan.number(stored.format_version);
-  if (stored.format_version != store_format_version) return stored;  // the rest may be laid out otherwise
+  if (!is_planned(stored.format_version)) return stored;  // the rest may be laid out otherwise
   StoreColumns columns;
   exchange(plan, stored.run, columns);
   if (columns.rows == RowKind::surfaces && (columns.tensors || columns.asked[&Samples::rgb])) plan.damaged();
@@ -384,7 +393,7 @@ RunPlan read_plan(const fs::path& run_folder, bool is_of_shard) {
                     run_folder.string()));
   plan.remove_prefix(magic_bytes);
   StoredPlan stored = parse_plan(plan, version != plan_version, path);
-  if (stored.format_version != store_format_version)
+  if (!is_planned(stored.format_version))
     refuse(run_folder,
            fmt::format("the store format was {}, now it is {}", stored.format_version, store_format_version));
   return std::move(stored.run);

@@ -82,6 +82,10 @@ void DatasetSpec::get_item(const std::byte* in, ItemReport& report) const {
       item->member);
 }
 
+std::string DatasetSpec::path_in(std::uint32_t version) const {
+  return column == nullptr ? path : "/" + std::string(column->name_in(version));
+}
+
 namespace {
 
 DatasetSpec dataset_of(const StoreColumns& columns, std::size_t number) {
@@ -225,10 +229,10 @@ std::optional<StoreColumns> columns_of_content(std::string_view name) {
   return std::nullopt;
 }
 
-std::vector<std::string> column_list(const StoredColumns& columns) {
+std::vector<std::string> column_list(const StoredColumns& columns, std::uint32_t version) {
   std::vector<std::string> names;
   for (const DatasetSpec& spec : datasets_of(columns))
-    if (spec.role == Role::samples) names.push_back(spec.path.substr(1));
+    if (spec.role == Role::samples) names.push_back(spec.path_in(version).substr(1));
   return names;
 }
 

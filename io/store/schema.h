@@ -41,6 +41,9 @@ struct DatasetSpec {
   const ItemColumn* item = nullptr;             // role item
   std::uint32_t since = 1;                      // the first format version that has the dataset
 
+  // The dataset as stores of this format version name it.
+  std::string path_in(std::uint32_t version) const;
+
   // Role samples: the array, the same resized to `count` elements, and freed.
   std::span<const std::byte> view(const Samples& samples) const;
   std::span<std::byte> room(Samples& samples, std::size_t count) const;
@@ -80,8 +83,9 @@ inline const ItemRecord& item_record(const StoredColumns& columns) { return colu
 std::string_view content_name(const StoreColumns& columns);
 std::optional<StoreColumns> columns_of_content(std::string_view name);
 // The root attribute `columns` of stores whose columns are chosen: the datasets of samples in file order,
-// without the leading `/`.
-std::vector<std::string> column_list(const StoredColumns& columns);
+// without the leading `/`, as stores of this format version name them.
+std::vector<std::string> column_list(const StoredColumns& columns,
+                                     std::uint32_t version = store_format_version);
 // Bytes of one sample in all columns, before they are compressed.
 std::uint64_t sample_bytes(const StoredColumns& columns);
 

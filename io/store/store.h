@@ -16,7 +16,7 @@ enum class Compression : std::uint8_t {
 };  // shuffle + deflate(1) + fletcher32; fletcher32 only
 
 // The format version that stores are written in; older ones are read.
-inline constexpr std::uint32_t store_format_version = 5;
+inline constexpr std::uint32_t store_format_version = 6;
 // Raised whenever the same input gives other points.
 inline constexpr std::uint32_t store_method_version = 18;
 

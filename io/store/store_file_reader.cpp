@@ -104,7 +104,12 @@ StoreFileReader::StoreFileReader(const fs::path& path) : path_(path) {
       make_layout(facts_.columns, facts_.rows, facts_.samples, facts_.compression, facts_.descriptors, 1, 1);
   std::erase_if(layout_.datasets,
                 [&](const DatasetLayout& dataset) { return dataset.spec.since > facts_.format_version; });
-  for (DatasetLayout& dataset : layout_.datasets) open_dataset(dataset);
+  for (DatasetLayout& dataset : layout_.datasets) {
+    DatasetSpec& spec = dataset.spec;
+    spec.path = spec.path_in(facts_.format_version);
+    if (spec.path == spec.link) spec.link.clear();
+    open_dataset(dataset);
+  }
   if (layout_.index_of(names_bytes_path) < layout_.datasets.size()) open_names();
   layout_.id_width = layout_.datasets[layout_.index_of(Role::id)].text_width;
 }
@@ -150,9 +155,9 @@ StoredColumns StoreFileReader::read_columns(hid_t root) const {
     return std::find(list.begin(), list.end(), name) != list.end();
   };
   for (std::size_t c = 0; c < sample_columns.size(); ++c) {
-    if (sample_columns[c].is_asked_for())
-      columns.asked[c] = columns.asked[c] || lists(sample_columns[c].name);
-    columns.left_out[c] = columns.applies(c) && !lists(sample_columns[c].name);
+    const bool is_listed = lists(sample_columns[c].name_in(facts_.format_version));
+    if (sample_columns[c].is_asked_for()) columns.asked[c] = columns.asked[c] || is_listed;
+    columns.left_out[c] = columns.applies(c) && !is_listed;
   }
   for (const std::string& name : list) {
     if (!name.starts_with(attribute_prefix)) continue;
@@ -168,7 +173,7 @@ StoredColumns StoreFileReader::read_columns(hid_t root) const {
   }
   try {
     StoredColumns stored(std::move(columns));
-    if (column_list(stored) != list) refuse("columns that differ from their list");
+    if (column_list(stored, facts_.format_version) != list) refuse("columns that differ from their list");
     return stored;
   } catch (const ItemError& error) {
     throw Hdf5Error(path_.string() + ": " + error.what());

@@ -194,6 +194,7 @@ Hdf5Properties make_virtual_creation(const DatasetLayout& dataset, const StoreLa
     hdf5_check(H5Pset_fill_value(id, type.get(), &dataset.spec.fill), "set the fill value");
   }
   const std::string action = "map " + dataset.spec.path + " to the packs";
+  const std::string oldest_path = dataset.spec.path_in(0);  // packs may be of an earlier format version
   const std::vector<hsize_t> extents = make_extents(dataset, layout);
   const Hdf5Space all(H5Screate_simple(static_cast<int>(extents.size()), extents.data(), nullptr), action);
   std::vector<hsize_t> begin(extents.size(), 0), part = extents;
@@ -202,9 +203,9 @@ Hdf5Properties make_virtual_creation(const DatasetLayout& dataset, const StoreLa
     const Hdf5Space source(H5Screate_simple(static_cast<int>(part.size()), part.data(), nullptr), action);
     hdf5_check(H5Sselect_hyperslab(all.get(), H5S_SELECT_SET, begin.data(), nullptr, part.data(), nullptr),
                action);
-    hdf5_check(H5Pset_virtual(id, all.get(), source_name(pack.file).c_str(), dataset.spec.path.c_str(),
-                              source.get()),
-               action);
+    hdf5_check(
+        H5Pset_virtual(id, all.get(), source_name(pack.file).c_str(), oldest_path.c_str(), source.get()),
+        action);
     begin[0] += pack.rows;
   }
   return creation;

@@ -95,11 +95,12 @@ Option& Option::one_at_a_time() {
   return *this;
 }
 
-Option& Option::one_of(const std::vector<std::string>& words) {
+Option& Option::one_of(const std::vector<std::string>& words, const std::vector<std::string>& also) {
   std::string list;
   for (const std::string& word : words) list += (list.empty() ? "" : "|") + word;
-  const auto problem = [words, list](const std::string& input) -> std::string {
-    if (std::find(words.begin(), words.end(), input) != words.end()) return {};
+  const auto problem = [words, also, list](const std::string& input) -> std::string {
+    for (const std::vector<std::string>* known : {&words, &also})
+      if (std::find(known->begin(), known->end(), input) != known->end()) return {};
     const std::string near = nearest(input, words);
     return "`" + input + "` is none of " + list + (near.empty() ? "" : "; did you mean `" + near + "`?");
   };

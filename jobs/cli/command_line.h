@@ -53,8 +53,9 @@ class Option {
   // A list takes one argument each time its option is given, so that positional arguments may follow.
   Option& one_at_a_time();
 
-  // The checks apply to each value. one_of: the error names all words, and the nearest one.
-  Option& one_of(const std::vector<std::string>& words);
+  // The checks apply to each value. one_of: the error names all words, and the nearest one; words of `also`
+  // are accepted, and named nowhere.
+  Option& one_of(const std::vector<std::string>& words, const std::vector<std::string>& also = {});
   // range: `low` to `high`, both included.
   Option& range(int low, int high);
   Option& range(std::uint64_t low, std::uint64_t high);

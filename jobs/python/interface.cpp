@@ -199,7 +199,8 @@ void add_settings(JsonWriter& json, std::span<const SettingList<Settings>* const
     }
 }
 
-// The columns of samples: {dataset, array, type, width, doc, always, in_python}.
+// The columns of samples: {dataset, former (in older stores, where that is another name), array, type, width,
+// doc, always, in_python}.
 void add_columns(JsonWriter& json) {
   const Samples none;
   json.key("columns");
@@ -207,6 +208,7 @@ void add_columns(JsonWriter& json) {
   for (const SampleColumn& column : sample_columns) {
     json.begin_object();
     json.member("dataset", column.name);
+    json.member("former", column.name_in(0));
     json.member("array", column.array_name());
     with_array(column, none,
                [&]<class Value>(const std::vector<Value>&) { json.member("type", numpy_type<Value>); });

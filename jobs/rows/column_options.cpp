@@ -21,10 +21,12 @@ void add_word(std::string_view word, std::vector<std::string>& words) {
 
 void add_store_columns_option(Command command, RowKind rows, std::vector<std::string>& stored) {
   const bool surfaces = rows == RowKind::surfaces;
-  std::vector<std::string> words;
+  std::vector<std::string> words, former;
   for (const SampleColumn& column : sample_columns)
-    if (!surfaces || column.having == Having::all || column.having == Having::surfaces)
+    if (!surfaces || column.having == Having::all || column.having == Having::surfaces) {
       add_word(column.word(), words);
+      if (column.recorded_word() != column.word()) add_word(column.recorded_word(), former);
+    }
   if (!surfaces) words.emplace_back(attributes_word);
   command
       .add_option("--store", stored,
@@ -33,7 +35,7 @@ void add_store_columns_option(Command command, RowKind rows, std::vector<std::st
                       (surfaces ? "" : ", and what other options ask for"))
       .separator(',')
       .one_at_a_time()
-      .one_of(words);
+      .one_of(words, former);
 }
 
 ColumnSet parse_left_out(const std::vector<std::string>& words, const StoreColumns& columns,
@@ -43,14 +45,17 @@ ColumnSet parse_left_out(const std::vector<std::string>& words, const StoreColum
   const auto named = [&](std::string_view word) {
     return std::find(words.begin(), words.end(), word) != words.end();
   };
+  const auto is_named = [&](const SampleColumn& column) {
+    return named(column.word()) || named(column.recorded_word());
+  };
   const auto complain = [&](std::string problem) {
     if (problems.empty() || problems.back() != problem) problems.push_back(std::move(problem));
   };
   for (std::size_t c = 0; c < sample_columns.size(); ++c) {
     const SampleColumn& column = sample_columns[c];
     if (columns.applies(c))
-      left_out[c] = is_choice(column) && !named(column.word());
-    else if (named(column.word()))
+      left_out[c] = is_choice(column) && !is_named(column);
+    else if (is_named(column))
       complain(column.is_asked_for() ? fmt::format("--store: `{}` needs --{}", column.word(), column.option)
                : column.having == Having::tensors
                    ? fmt::format("--store: `{}` needs --method anisotropic", column.word())
@@ -64,7 +69,7 @@ ColumnSet parse_left_out(const std::vector<std::string>& words, const StoreColum
 std::string stored_words(const StoreColumns& columns) {
   std::vector<std::string> words = {"points"};
   for (std::size_t c = 0; c < sample_columns.size(); ++c)
-    if (is_choice(sample_columns[c]) && columns.has(c)) add_word(sample_columns[c].word(), words);
+    if (is_choice(sample_columns[c]) && columns.has(c)) add_word(sample_columns[c].recorded_word(), words);
   return fmt::format("{}", fmt::join(words, ","));
 }
 

@@ -59,6 +59,7 @@ struct SampleColumn {
   std::string_view ply = {};    // the properties of PLY files, by blanks; empty: not in such files
   std::string_view alias = {};  // in Python and in exported arrays, where that is another name
   std::string_view link = {};   // a second name of the dataset
+  std::uint32_t renamed = 0;    // the first format version with this name; before it the only one was `link`
   // The option that asks for the column, without `--` (stores record it as a parameter), its help, and what
   // the note on models without values calls them; empty for columns without an option.
   std::string_view option = {}, help = {}, title = {};
@@ -67,8 +68,12 @@ struct SampleColumn {
   // Python has its own arrays in place of what models bring along.
   constexpr bool is_in_python() const { return having != Having::taken; }
   constexpr bool is_optional() const { return values == Values::optional; }
-  // The word of --store, which takes a folder as a whole.
+  // The name of the dataset in stores of this format version.
+  constexpr std::string_view name_in(std::uint32_t version) const { return version < renamed ? link : name; }
+  // The word of --store, which takes a folder as a whole; and the one that stores record as a parameter,
+  // which stays where the column is renamed.
   constexpr std::string_view word() const { return name.substr(0, name.find('/')); }
+  constexpr std::string_view recorded_word() const { return renamed > 0 ? link : word(); }
   // The name of the array in Python and in exports.
   std::string array_name() const {
     std::string text(alias.empty() ? name : alias);
@@ -89,8 +94,8 @@ inline constexpr auto sample_columns = [] {
       {"normals", &S::normals, 3, "1", "unit normals at the points", H::all, V::unit_vectors, "nx ny nz", "",
        "normal"},
       {"uv", &S::uv, 2, "1", "parameters of the point in [0, 1]", H::surfaces, V::parameters, "u v"},
-      {"face", &S::face, 0, "1", "number of the polygon in file order", H::meshes, V::faces, "face",
-       "face_index"},
+      {"face_index", &S::face, 0, "1", "number of the polygon in file order", H::meshes, V::faces, "face", "",
+       "face", 6},
       {"corners", &S::corners, 3, "1", "vertex numbers of the file around the point", H::meshes, V::vertices},
       {"barycentric", &S::barycentric, 2, "1", "weights of corners 1 and 2; corner 0 has the rest", H::meshes,
        V::weights},
@@ -103,11 +108,11 @@ inline constexpr auto sample_columns = [] {
       {"tensor/spacing", &S::tensor_spacing, 2, "length / scale",
        "anisotropic samples only: wanted spacings along and across the direction", H::tensors, V::positive},
       {"rgb", &S::rgb, 3, "1 / 255", "with --colors only: red, green and blue as displayed (sRGB)", H::taken,
-       V::any, "red green blue", "", "", "colors",
+       V::any, "red green blue", "", "", 0, "colors",
        "Take over the colours of the models (/rgb): of vertices, faces, materials or textures"},
       {"texcoord", &S::texcoord, 2, "1",
        "with --texcoord only: texture coordinates as the file has them, NaN where there are none", H::taken,
-       V::optional, "", "", "", "texcoord", "Take over the texture coordinates of the models (/texcoord)",
+       V::optional, "", "", "", 0, "texcoord", "Take over the texture coordinates of the models (/texcoord)",
        "texture coordinates"},
   });
 }();

@@ -109,7 +109,7 @@ def check_rows(file, lines, samples):
             assert reasons[i] == "row %d is %s" % (i, STATUSES[int(status)])
             for path in ("points", "normals", "barycentric", "density", "descriptors/d2", "descriptors/a3"):
                 assert numpy.isnan(file[path][i]).all(), path
-            for path in ("face", "corners", "curve_rank"):
+            for path in ("face_index", "corners", "curve_rank"):
                 assert (file[path][i] == 0xFFFFFFFF).all(), path
             assert file["items/points_crc32c"][i] == 0
 
@@ -117,7 +117,7 @@ def check_rows(file, lines, samples):
 def check_attributes(file, rows, samples, compression):
     attributes = dict(file.attrs)
     assert attributes.pop("tool_version").count(".") == 2
-    assert attributes == {"format": "meander", "format_version": 5, "method_version": 18, "content": "meshes", "seed": 7, "samples": samples,
+    assert attributes == {"format": "meander", "format_version": 6, "method_version": 18, "content": "meshes", "seed": 7, "samples": samples,
                           "rows": rows, "compression": compression,
                           "parameters": '{"density":"uniform","describe":["d2"],"method":"conformal"}'}, attributes
     assert file["points"].attrs["order"] == "progressive"

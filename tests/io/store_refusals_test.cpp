@@ -47,7 +47,7 @@ std::string earlier_plan(const StoreHeader& header, std::string_view phrase, std
   for (const char* word :
        {"normals", "face", "corners", "barycentric", "uv", "curve_rank", "density", "tensor"}) {
     for (std::size_t c = 0; c < sample_columns.size(); ++c)
-      if (columns.left_out[c] && sample_columns[c].word() == word) left_out |= bit;
+      if (columns.left_out[c] && sample_columns[c].recorded_word() == word) left_out |= bit;
     bit *= 2;
   }
   number(left_out);

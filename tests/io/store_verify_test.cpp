@@ -126,9 +126,9 @@ TEST_CASE("verify: wrong contents are found where all checksums match") {
              }),
              ContainsSubstring(row) && ContainsSubstring("/descriptors/a3"));
   CHECK_THAT(problem([&] {
-               tamper(store, "/face", {ok, 7}, std::uint32_t{4000000});
+               tamper(store, "/face_index", {ok, 7}, std::uint32_t{4000000});
              }),
-             ContainsSubstring("4000000 in /face"));
+             ContainsSubstring("4000000 in /face_index"));
   CHECK_THAT(problem([&] {
                tamper(store, "/corners", {ok, 7, 0}, std::uint32_t{0xFFFFFFFF});
              }),
@@ -238,7 +238,7 @@ TEST_CASE("verify: wrong contents are found in rows of many chunks, which are ch
   check("/points", {ok, last, 1}, 0.25f, samples.points[3 * last + 1], "checksum of its points");
   check("/points", {ok, 0, 1}, 0.25f, samples.points[1], "checksum of its points");
   check("/normals", {ok, last, 2}, 7.0f, samples.normals[3 * last + 2], "of length");
-  check("/face", {ok, 300000}, std::uint32_t{4000000}, samples.face[300000], "4000000 in /face");
+  check("/face_index", {ok, 300000}, std::uint32_t{4000000}, samples.face[300000], "4000000 in /face_index");
   check("/curve_rank", {ok, last}, samples.curve_rank[0], samples.curve_rank[last], "not an order");
   check("/curve_rank", {ok, 1}, std::uint32_t{400001}, samples.curve_rank[1], "not an order of 0 .. 400000");
   CHECK(problems_of().empty());

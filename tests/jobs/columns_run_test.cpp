@@ -687,9 +687,10 @@ TEST_CASE("run --store: kept columns equal those of the full store, and every re
   refused({"export", store, "--pointnet", "-o", out}, "normals");
   refused({"export", store, "--format", "xyz", "-o", out}, "normals");
   refused({"export", store, "--html", scratch / "page.html"}, "normals");
-  refused({"export", store, "--format", "npz", "--arrays", "points,face_index", "-o", out}, "face");
+  refused({"export", store, "--format", "npz", "--arrays", "points,face_index", "-o", out}, "face_index");
   refused({"export", store, "--format", "webdataset", "--arrays", "density", "-o", out}, "density");
-  refused({"describe", store, scratch / "in", "--descriptors", "geodesic", "-o", scratch / "d.h5"}, "face");
+  refused({"describe", store, scratch / "in", "--descriptors", "geodesic", "-o", scratch / "d.h5"},
+          "face_index");
   refused({"describe", store, "--descriptors", "pairs-unsigned", "-o", scratch / "d.h5"}, "normals");
   refused({"measure", "discrepancy", store + "::plain.stl", "--surface", scratch / "in"}, "density");
   refused({"render", "sheet", store, "-o", scratch / "sheet.png"}, "normals");
@@ -732,6 +733,7 @@ TEST_CASE("surface --store: parametric surfaces can omit some of their columns")
   CHECK(all.samples.points == some.samples.points);
   CHECK(all.samples.uv == some.samples.uv);
   CHECK((some.samples.normals.empty() && some.samples.curve_rank.empty()));
+  CHECK(run_surface("no.h5", {"--store", "face_index"}) == 2);
   CHECK(run_surface("no.h5", {"--store", "face"}) == 2);
   REQUIRE(meander_with({"export", scratch / "some.h5", "-o", scratch / "out"}).exit_code == 0);
   CHECK_THAT(

@@ -149,7 +149,7 @@ def check_vectors(meander, search_vectors, store, folder):
     assert (numpy.array([row[2:] for row in rows[1:]], dtype=numpy.float32) == both).all()
 
 
-DATASETS = {"points": "points", "normals": "normals", "face_index": "face", "corners": "corners",
+DATASETS = {"points": "points", "normals": "normals", "face_index": "face_index", "corners": "corners",
             "barycentric": "barycentric", "curve_rank": "curve_rank", "density": "density", "rgb": "rgb"}
 CHOSEN = {"texcoord": "texcoord", "attribute:height": "attributes/height", "attribute:place": "attributes/place"}
 
@@ -288,7 +288,7 @@ def check_chosen(load_store, meander, folder):
     subprocess.run([meander, "run", str(folder / "chosen"), "-o", str(store), "-n", "64", "--texcoord", "--attribute",
                     "height,place:2", "--store", "density", "--progress", "none"], check=True)
     with h5py.File(store) as file:
-        assert file.attrs["format_version"] == 5 and "normals" not in file and "face" not in file
+        assert file.attrs["format_version"] == 6 and "normals" not in file and "face_index" not in file and "face" not in file
         assert list(file.attrs["columns"]) == ["points", "density", "texcoord", "attributes/height", "attributes/place"]
         points = file["points"][0]
         assert numpy.allclose(file["attributes/height"][0], points[:, 2], atol=1e-6)
@@ -313,7 +313,7 @@ def check_chosen(load_store, meander, folder):
     with load_store.open_store(parts) as file:
         assert [load_store.names_of(file, row) for row in range(3)] == [{"object": ["seat", "leg"]}, {}, {"object": ["c"]}]
         assert file["attributes/object"].dtype == numpy.int32 and file["attributes/object"].fillvalue == -1
-        assert (file["attributes/object"][0] == file["face"][0]).all() and (file["attributes/object"][1] == -1).all()
+        assert (file["attributes/object"][0] == file["face_index"][0]).all() and (file["attributes/object"][1] == -1).all()
         assert list(file["items/missing"]) == [0, 1, 0]
     subprocess.run([meander, "export", str(parts), "-o", str(folder / "parts-npz"), "--format", "npz", "--arrays",
                     "attribute:object"], check=True)

@@ -75,7 +75,7 @@ def run_program(folder, *arguments):
     return store
 
 
-ROW = {"points": "points", "normals": "normals", "face": "face_index", "corners": "corners",
+ROW = {"points": "points", "normals": "normals", "face_index": "face_index", "corners": "corners",
        "barycentric": "barycentric", "curve_rank": "curve_rank", "density": "density"}
 
 
@@ -503,7 +503,7 @@ class Stores(WithMeshes):
         with meander.open_store(store) as s:
             self.assertEqual(s.attributes, ["height", "place"])
             row = s[0]
-            self.assertEqual(sorted(row), ["attributes", "face", "points", "rgb", "texcoord"])
+            self.assertEqual(sorted(row), ["attributes", "face_index", "points", "rgb", "texcoord"])
             self.assertTrue(numpy.allclose(row["attributes"]["height"], row["points"][:, 2], atol=1e-6))
             self.assertTrue(numpy.allclose(row["attributes"]["place"], row["points"][:, :2], atol=1e-6))
             self.assertTrue(numpy.isnan(row["texcoord"]).all())
@@ -528,9 +528,9 @@ class Stores(WithMeshes):
             self.assertEqual(s.names(-1), {"object": ["\u00e9t\u00e9"]})
             objects = s["a.obj"]["attributes"]["object"]
             self.assertEqual(objects.dtype, numpy.int32)
-            self.assertTrue((objects == s["a.obj"]["face"]).all())
+            self.assertTrue((objects == s["a.obj"]["face_index"]).all())
             self.assertTrue((s["b.obj"]["attributes"]["object"] == -1).all())
-            self.assertTrue((s["c.obj"]["attributes"]["object"] == s["c.obj"]["face"].astype(int) - 1).all())
+            self.assertTrue((s["c.obj"]["attributes"]["object"] == s["c.obj"]["face_index"].astype(int) - 1).all())
             self.assertEqual([s.lacks(row) for row in range(3)], [[], ["attributes/object"], ["attributes/object"]])
 
 

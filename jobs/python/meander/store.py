@@ -90,15 +90,19 @@ class Store:
         return self.file["items/reason"].asstr()[self.row(item)]
 
     def __getitem__(self, item):
-        """All samples of one row by name: points, normals, face, ..., as far as the store has them; with --attribute
+        """All samples of one row by name: points, normals, face_index, ..., as far as the store has them; with --attribute
         `attributes`, a dict by name. KeyError for an id that is not there, SamplingError with its status for a row
         without points."""
         from . import SamplingError
         row = self.row(item)
         if self.status[row] != "ok":
             raise SamplingError(self.status[row], self.reason(row), row)
-        names = [column["dataset"] for column in _core.columns()]
-        arrays = {name.replace("/", "_"): self.file[name][row] for name in names if name in self.file}
+        arrays = {}
+        for column in _core.columns():
+            for name in (column["dataset"], column["former"]):
+                if name in self.file:
+                    arrays[column["dataset"].replace("/", "_")] = self.file[name][row]
+                    break
         if self.attributes:
             arrays["attributes"] = {name: self.file["attributes/" + name][row] for name in self.attributes}
         return arrays
