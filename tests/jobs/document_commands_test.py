@@ -1,4 +1,5 @@
-"""Every command of README and the documents that needs no foreign data runs, as it is written, on generated models.
+"""Every command of README and the documents that needs no foreign data runs, as it is written, on generated models; and
+docs/OPTIONS.md is what the program writes.
 
     document_commands_test.py SOURCES MEANDER
 
@@ -184,8 +185,17 @@ def has_its_package(command):
     return all(os.path.exists(word) for word in shlex.split(command) if word.startswith("/usr/"))
 
 
+def options_page_differs():
+    """Whether docs/OPTIONS.md is another one than the program writes."""
+    with tempfile.TemporaryDirectory() as folder:
+        subprocess.run([MEANDER, "pages", folder], check=True, stdout=subprocess.DEVNULL)
+        return (Path(folder) / "doc/meander/OPTIONS.md").read_text() != (SOURCES / "docs/OPTIONS.md").read_text()
+
+
 def main():
     failed, ran, all_commands = [], 0, 0
+    if options_page_differs():
+        failed.append("docs/OPTIONS.md differs from share/doc/meander/OPTIONS.md of `meander pages share`: copy it")
     documents = [SOURCES / "README.md", *sorted((SOURCES / "docs").glob("*.md"))]
     for document in documents:
         name = str(document.relative_to(SOURCES))
