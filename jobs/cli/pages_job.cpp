@@ -1,4 +1,4 @@
-// meander pages: manual pages and completions, written while the program is built.
+// meander pages: manual pages, completions and the page of all options, written while the program is built.
 #include <fmt/format.h>
 
 #include <filesystem>
@@ -9,6 +9,7 @@
 #include "jobs/cli/command_pages.h"
 #include "jobs/cli/exit_status.h"
 #include "jobs/cli/jobs.h"
+#include "jobs/cli/options_page.h"
 #include "meander_version.h"
 
 namespace meander {
@@ -18,7 +19,9 @@ JobFunction add_pages_job(Command& program) {
   auto folder = std::make_shared<std::string>();
   command.add_option("FOLDER", *folder, "The share/ of an installation, created if missing").required();
   return [program, folder] {
-    const auto pages = command_pages(program.description(), meander_version);
+    const CommandDescription description = program.description();
+    std::vector<CommandPage> pages = command_pages(description, meander_version);
+    pages.emplace_back("doc/meander/OPTIONS.md", options_page(description));
     for (const auto& [name, text] : pages) {
       const std::filesystem::path file = std::filesystem::path(*folder) / name;
       std::filesystem::create_directories(file.parent_path());

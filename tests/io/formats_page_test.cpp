@@ -294,7 +294,7 @@ TEST_CASE("formats: the page lists the note kinds and extensions of the code, in
     return document(name).find(text) != std::string::npos;
   };
   CHECK(has("docs/FORMATS.md", "Extensions, in any case: " + mesh_extensions() + ";"));
-  CHECK(has("docs/RUNNING.md", "with the extension " + mesh_extensions("or") + ", in any case"));
-  CHECK(has("docs/RUNNING.md", "| an archive: " + archive_extensions() + " |"));
+  CHECK(has("docs/DATASETS.md", "with the extension " + mesh_extensions("or") + ", in any case"));
+  CHECK(has("docs/DATASETS.md", "| an archive: " + archive_extensions() + " |"));
   CHECK(has("README.md", "Formats: " + mesh_format_names() + ";"));
 }

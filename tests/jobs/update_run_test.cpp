@@ -583,8 +583,10 @@ TEST_CASE("run: with one thread items end in order of size, and none waits for t
   CHECK(result.err.find("\"waited\":") != std::string::npos);
 }
 
-TEST_CASE("docs/RUNNING.md: lists every status and exit code, and only options that exist") {
-  const std::string page = read_file(std::string(MEANDER_SOURCE_DIR) + "/docs/RUNNING.md");
+TEST_CASE("documents: list every status and exit code, and only options that exist") {
+  std::string page;
+  for (const char* const name : {"REFERENCE", "RUNNING", "DATASETS", "COLUMNS", "CHOOSING"})
+    page += read_file(fmt::format("{}/docs/{}.md", MEANDER_SOURCE_DIR, name));
   for (const std::string_view status : status_names) {
     INFO(status);
     CHECK(page.find("| `" + std::string(status) + "` |") != std::string::npos);
