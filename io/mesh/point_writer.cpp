@@ -1,5 +1,8 @@
 #include "io/mesh/point_writer.h"
 
+#include <fcntl.h>
+#include <sys/stat.h>
+
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -9,6 +12,7 @@
 #include <type_traits>
 #include <vector>
 
+#include "io/file/file_descriptor.h"
 #include "io/mesh/append_numbers.h"
 #include "kernels/data/columns.h"
 #include "kernels/sample/point_frames.h"
@@ -17,11 +21,16 @@ namespace meander {
 
 namespace {
 
-// The coordinates that the file has, in words.
+constexpr std::string_view ply_begin = "ply\nformat binary_little_endian 1.0\ncomment ", off_begin = "OFF\n",
+                           off_count_end = " 0 0\n", comment_begin = "# ";
+
+// The coordinates that the file has, in words; those that do not depend on the item.
+std::string frame_begin(PointFrame frame) {
+  return "frame " + std::string(name_of(frame)) + (frame == PointFrame::file ? "" : " loc ");
+}
 std::string frame_text(const ItemReport& report, PointFrame frame) {
-  std::string text = "frame " + std::string(name_of(frame));
+  std::string text = frame_begin(frame);
   if (frame == PointFrame::file) return text;
-  text += " loc ";
   for (const double value : report.loc) append_decimal(text, value, ' ');
   text += "scale ";
   append_decimal(text, report.scale, '\n');
@@ -53,11 +62,10 @@ std::string header(PointFormat format, const Samples& samples, const ItemReport&
   const std::string real = frame == PointFrame::file ? "property double " : "property float ";
   switch (format) {
     case PointFormat::off:
-      return "OFF\n" + n + " 0 0\n";
+      return std::string(off_begin) + n + std::string(off_count_end);
     case PointFormat::ply:
-      return "ply\nformat binary_little_endian 1.0\ncomment " + frame_text(report, frame) +
-             "\nelement vertex " + n + "\n" + real + "x\n" + real + "y\n" + real + "z\n" +
-             ply_properties(samples) + "end_header\n";
+      return std::string(ply_begin) + frame_text(report, frame) + "\nelement vertex " + n + "\n" + real +
+             "x\n" + real + "y\n" + real + "z\n" + ply_properties(samples) + "end_header\n";
     case PointFormat::xyz:
       break;
   }
@@ -120,8 +128,38 @@ void write_points(const std::function<void(std::string_view)>& put, PointFormat 
     put(data);
     data.clear();
   }
-  if (format != PointFormat::ply) data += "# " + frame_text(report, frame) + "\n";
+  if (format != PointFormat::ply) data += std::string(comment_begin) + frame_text(report, frame) + "\n";
   put(data);
+}
+
+bool is_written_points(const std::filesystem::path& path) {
+  const FileDescriptor file = try_open(path, O_RDONLY | O_NONBLOCK);
+  if (!file) return false;
+  constexpr std::size_t read_bytes = 128;
+  std::array<char, read_bytes> bytes{};
+  const auto text_at = [&](std::uint64_t offset) {
+    return std::string_view(bytes.data(),
+                            try_read(file, std::as_writable_bytes(std::span(bytes)), offset).bytes);
+  };
+  const auto begins_with_frame = [](std::string_view text) {
+    return text.starts_with(frame_begin(PointFrame::file) + "\n") ||
+           text.starts_with(frame_begin(PointFrame::stored));
+  };
+  std::string_view text = text_at(0);
+  if (text.starts_with(ply_begin)) return begins_with_frame(text.substr(ply_begin.size()));
+  if (!text.starts_with(off_begin)) return false;
+  text.remove_prefix(off_begin.size());
+  text.remove_prefix(std::min(text.find_first_not_of("0123456789"), text.size()));
+  if (!text.starts_with(off_count_end)) return false;
+  struct stat facts {};
+  if (::fstat(file.get(), &facts) != 0) return false;
+  const auto size = static_cast<std::uint64_t>(facts.st_size);
+  text = text_at(size - std::min<std::uint64_t>(size, read_bytes));
+  if (!text.ends_with('\n')) return false;
+  text.remove_suffix(1);
+  text.remove_prefix(text.find_last_of('\n') + 1);  // npos + 1 is 0: a line that is longer than what was read
+  return text.starts_with(comment_begin) &&
+         begins_with_frame(std::string(text.substr(comment_begin.size())) + "\n");
 }
 
 }  // namespace meander

@@ -1,6 +1,7 @@
 // Writing samples as files that other programs read.
 #pragma once
 
+#include <filesystem>
 #include <functional>
 #include <string_view>
 
@@ -19,5 +20,9 @@ enum class PointFormat : std::uint8_t { ply, off, xyz };
 // they count on. The bytes come in pieces of about 1 MB.
 void write_points(const std::function<void(std::string_view)>& put, PointFormat format,
                   const Samples& samples, const ItemReport& report, PointFrame frame = PointFrame::file);
+
+// Whether write_points made this PLY or OFF file, by its first bytes and, of OFF without faces, its last
+// line. False for other files, and where it cannot be read. Cost: a read of 128 bytes or two.
+bool is_written_points(const std::filesystem::path& path);
 
 }  // namespace meander

@@ -91,8 +91,27 @@ function geometryList(model) {
     ['area', formatted(model.area)],
     ['box', sizeText(model)],
     ['density', [...new Set(model.density.map(formatted))].join(' to ')],
+    ['colors', colorsText(model)],
     ['row', formatted(model.row)],
   ]);
+}
+
+// Where the colors of the samples come from.
+function colorsText(model) {
+  if (model.color_source === undefined) return '';
+  const source = model.color_source === 'none' ? 'none in the file' : 'of its ' + COLOR_SOURCES[model.color_source];
+  return model.color_fills > 0 ? `${source}; gray at ${formatted(model.color_fills)} of ${formatted(facts.samples)} points` : source;
+}
+const COLOR_SOURCES = {material: 'materials', face: 'faces', vertex: 'vertices', texture: 'textures'};
+
+// What the file asks for and did not get.
+function noteParts(model) {
+  if (!model.notes) return [];
+  return [element('h3', 'Notes'), ...model.notes.split('; ').map((note) => {
+    const line = element('p', undefined, 'note');
+    line.append(isolated(note.replaceAll('_', ' ')));
+    return line;
+  })];
 }
 
 function histogramCharts(position) {

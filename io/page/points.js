@@ -33,10 +33,17 @@ function pointsOf(position) {
   return blockOf(position).subarray(0, facts.points * POINT_BYTES);
 }
 
+// Where the values of coloring number c begin in a block; behind the last one are the histograms.
+function coloringBegin(c) {
+  let at = facts.points * POINT_BYTES;
+  for (let i = 0; i < c; ++i) at += facts.points * facts.colorings[i].bytes;
+  return at;
+}
+
 // The bins of histogram number h over their largest, 0 to 1; null where the model has none.
 function histogramOf(position, h) {
   if (facts.models[position].peaks[h] === null) return null;
-  let at = facts.points * POINT_BYTES;
+  let at = coloringBegin(facts.colorings.length);
   for (let i = 0; i < h; ++i) at += facts.histograms[i].width;
   return Array.from(blockOf(position).subarray(at, at + facts.histograms[h].width), (byte) => byte / 255);
 }

@@ -1,14 +1,15 @@
 // The page: settings, the grid of tiles, the large view, tables. What is shown is in the fragment of the
-// address, so that a link shows a view: #model=ID&points=N&colour=density|rank|normal&style=dots&size=S&up=z&detail=view
+// address, so that a link shows a view: #model=ID&points=N&color=density|rank|normal|label|...&style=dots&size=S&up=z&detail=view
 // &yaw=&pitch=&zoom=&x=&y=&text=&label=&sort=&theme=dark.
 
 const byId = (id) => document.getElementById(id);
 const FIRST_VIEW = {yaw: -0.6, pitch: 0.35, zoom: 1, x: 0, y: 0};
 const FIRST_SETTINGS = {
-  model: '', points: facts.points, colour: 'plain', style: 'discs', size: 1, up: 'y', detail: 'all', text: '', label: '', sort: 'id', theme: '',
+  model: '', points: facts.points, color: 'plain', style: 'discs', size: 1, up: 'y', detail: 'all', text: '', label: '', sort: 'id', theme: '',
 };
 const settings = {...FIRST_SETTINGS};
 const view = {...FIRST_VIEW};
+const MOST_KEYS = 12;  // of classes in a legend
 const positionOf = new Map(facts.models.map((model, position) => [model.id, position]));
 
 let renderer = null;
@@ -26,12 +27,13 @@ function readFragment() {
   const given = new URLSearchParams(location.hash.slice(1));
   Object.assign(settings, FIRST_SETTINGS);
   Object.assign(view, FIRST_VIEW);
+  if (given.has('colour')) settings.color = given.get('colour');  // as links of older pages have it
   for (const name of Object.keys(settings)) if (given.has(name)) settings[name] = given.get(name);
   for (const name of Object.keys(view)) {
     const number = parseFloat(given.get(name));
     if (Number.isFinite(number)) view[name] = number;
   }
-  const choices = {colour: ['plain', 'density', 'rank', 'normal'], style: ['discs', 'dots'], up: ['y', 'z'], detail: ['all', 'view'], theme: ['', 'light', 'dark'],
+  const choices = {color: [...byId('color').options].map((option) => option.value), style: ['discs', 'surface', 'dots'], up: ['y', 'z'], detail: ['all', 'view'], theme: ['', 'light', 'dark'],
                    sort: [...byId('sort').options].map((option) => option.value)};
   for (const [name, words] of Object.entries(choices))
     if (!words.includes(settings[name])) settings[name] = FIRST_SETTINGS[name];
@@ -66,36 +68,70 @@ const pointsOfSlider = (place) => Math.round(Math.exp((place / 1000) * Math.log(
 function showSettings() {
   byId('points').value = sliderOf(settings.points);
   byId('points-text').value = `${formatted(settings.points)} of ${formatted(facts.points)}`;
-  for (const name of ['colour', 'style', 'size', 'up', 'detail', 'text', 'label', 'sort', 'theme']) byId(name).value = settings[name];
+  for (const name of ['color', 'style', 'size', 'up', 'detail', 'text', 'label', 'sort', 'theme']) byId(name).value = settings[name];
   if (settings.theme) document.documentElement.dataset.theme = settings.theme;
   else document.documentElement.dataset.theme = matchMedia('(prefers-color-scheme: dark)').matches ? 'dark' : 'light';
   showLegend();
 }
 
-function showLegend() {
-  const legend = byId('legend');
-  legend.replaceChildren();
-  if (settings.colour === 'normal') legend.append('red, green, blue: x, y, z');
-  if (settings.colour !== 'density' && settings.colour !== 'rank') return;
+// A bar of the color map between its ends.
+function rampBetween(low, high) {
   const ramp = document.createElement('canvas');
   [ramp.width, ramp.height] = [256, 1];
   const pixels = ramp.getContext('2d');
   for (let i = 0; i < 256; ++i) {
-    pixels.fillStyle = `rgb(${lagoonColour(i / 255).join(' ')})`;
+    pixels.fillStyle = `rgb(${lagoonColor(i / 255).join(' ')})`;
     pixels.fillRect(i, 0, 1, 1);
   }
-  const model = facts.models[opened];
-  let ends = ['curve: first', 'last'];
-  if (settings.colour === 'density') ends = model ? ['density ' + brief(model.density[0]), brief(model.density[1])]
-                                                  : ['density: lowest', 'highest of each model'];
-  if (settings.colour === 'density' && model && model.density[0] === model.density[1])
-    return legend.append(`density ${brief(model.density[0])} everywhere`);
-  legend.append(ends[0], ramp, ends[1]);
+  return [low, ramp, high];
 }
 
-function themeColours() {
+// The end of a range of numbers, or of the model that is shown.
+function rangeLegend(title, range) {
+  if (!range) return rampBetween(title + ': lowest', 'highest of each model');
+  if (range.length === 0) return [title + ': no value'];
+  if (range[0] === range[1]) return [`${title} ${brief(range[0])} everywhere`];
+  return rampBetween(`${title} ${brief(range[0])}`, brief(range[1]));
+}
+
+function classKey(number, name) {
+  const key = element('span', undefined, 'key');
+  const swatch = document.createElement('i');
+  swatch.style.background = `rgb(${classColor(number).join(' ')})`;
+  key.append(swatch, isolated(shortened(name, 24)));
+  return key;
+}
+
+function legendParts() {
+  const model = facts.models[opened];
+  const c = facts.colorings.findIndex((coloring) => coloring.word === settings.color);
+  const {title, kind} = facts.colorings[c] ?? {};
+  if (kind === 'number') return rangeLegend(title, model?.paint[c]);
+  if (kind === 'colors') return [title + (settings.color === 'texcoord' ? ': red u, green v, from 0 to 1 and again' : '')];
+  if (kind === 'classes') {
+    const keys = model?.paint[c] ?? [];
+    return keys.length > 0 ? keys.map(([number, name]) => classKey(number, name)) : [title + ': a color for each'];
+  }
+  switch (settings.color) {
+    case 'normal': return ['red, green, blue: x, y, z'];
+    case 'rank': return rampBetween('curve: first', 'last');
+    case 'density': return rangeLegend('density', model?.density);
+    case 'label': {
+      const used = [...new Set((model ? [model] : facts.models).map((one) => one.label))].sort((a, b) => a - b);
+      return used.length > MOST_KEYS ? ['a color for each class']
+                                     : used.map((label) => classKey(label, label < 0 ? 'none' : facts.labels[label]));
+    }
+  }
+  return [];
+}
+
+function showLegend() {
+  byId('legend').replaceChildren(...legendParts());
+}
+
+function themeColors() {
   const dark = document.documentElement.dataset.theme === 'dark';
-  return dark ? {stage: [0.125, 0.137, 0.153], plain: [0.72, 0.75, 0.79]} : {stage: [0.945, 0.953, 0.961], plain: [0.70, 0.73, 0.78]};
+  return dark ? {stage: [0.125, 0.137, 0.153], plain: [0.52, 0.55, 0.59], sample: [0.95, 0.60, 0.42]} : {stage: [0.945, 0.953, 0.961], plain: [0.76, 0.79, 0.83], sample: [0.77, 0.24, 0.11]};
 }
 
 // ---- drawing ------------------------------------------------------------------------------------------------
@@ -139,7 +175,7 @@ function pixelsOf(canvas) {
 
 function drawTile(canvas) {
   const [width, height] = pixelsOf(canvas);
-  renderer.paint(canvas, canvas.position, width, height, settings, FIRST_VIEW, themeColours(), settings.points > QUICK_POINTS);
+  renderer.paint(canvas, canvas.position, width, height, settings, FIRST_VIEW, themeColors(), settings.points > QUICK_POINTS);
   drawnOnce = true;
 }
 
@@ -147,7 +183,7 @@ function drawLarge(atRest = false) {
   const canvas = byId('large');
   const [width, height] = pixelsOf(canvas);
   const quick = !atRest && settings.points > QUICK_POINTS;
-  renderer.paint(canvas, opened, width, height, settings, view, themeColours(), quick);
+  renderer.paint(canvas, opened, width, height, settings, view, themeColors(), quick);
   if (settings.detail === 'view') byId('points-text').value = `${formatted(renderer.kept)} of ${formatted(settings.points)} for this view`;
   drawnOnce = true;
   clearTimeout(restTimer);
@@ -307,7 +343,7 @@ function fillFacts(position) {
   const side = byId('facts-of-model');
   removeTiles(side);
   const model = facts.models[position];
-  side.append(element('h3', 'Model'), geometryList(model), ...valueLists(model));
+  side.append(element('h3', 'Model'), geometryList(model), ...noteParts(model), ...valueLists(model));
   facts.near.forEach((lists, h) => {
     const near = lists[position];
     if (near.length === 0) return;
@@ -478,6 +514,8 @@ function fillChoices() {
   const choices = [['', 'all'], ...used.map((label) => [String(label), facts.labels[label]])];
   if (facts.models.some((model) => model.label < 0)) choices.push(['-1', 'none']);
   for (const [value, text] of choices) byId('label').append(new Option(shortened(text, 40), value));
+  const colors = [...(used.length > 0 ? [{word: 'label', title: 'class'}] : []), ...facts.colorings];
+  byId('color').append(...colors.map(({word, title}) => new Option(shortened(title, 40), word)));
   for (const [value, text] of sortChoices()) byId('sort').append(new Option(text, value));
   const noModels = facts.models.length === 0;
   byId('bar').hidden = byId('collection').hidden = noModels;
@@ -513,7 +551,7 @@ function watchControls() {
     settings.size = Number(event.target.value);
     redrawWith();
   });
-  for (const name of ['colour', 'style', 'up', 'detail', 'theme'])
+  for (const name of ['color', 'style', 'up', 'detail', 'theme'])
     byId(name).addEventListener('change', (event) => {
       settings[name] = event.target.value;
       redrawWith();

@@ -25,7 +25,8 @@ h1 { font-size: 1.8rem; line-height: 1.2; margin: 0 0 1rem; }
 h2 { font-size: 1.25rem; margin: 0 0 1rem; }
 p { max-width: 46rem; margin: 0.6rem 0; }
 a { color: var(--link); }
-nav ol { padding-left: 1.4rem; columns: 20rem; }
+nav ol { padding-left: 1.4rem; columns: 20rem; column-gap: 2.5rem; }
+nav li { break-inside: avoid; line-height: 1.3; padding: 0.2em 0; }
 section { border-top: 1px solid var(--line); padding-top: 1.75rem; margin-top: 2.5rem; }
 .images { display: flex; flex-wrap: wrap; gap: 1rem; align-items: flex-start; }
 figure { margin: 0; max-width: 100%; }

@@ -11,7 +11,6 @@
 #include "io/file/file_error.h"
 #include "io/item_id.h"
 #include "io/json_writer.h"
-#include "io/mesh/mesh_format.h"
 #include "io/store/pointnet_export.h"
 #include "jobs/cli/command_line.h"
 #include "jobs/cli/exit_status.h"
@@ -37,8 +36,8 @@ namespace fs = std::filesystem;
 struct ExportOptions {
   std::string store, output;
   std::vector<std::string> items;
-  std::string format = "ply";
-  std::string frame;  // empty: that of the format
+  std::string format;  // empty: that of the ending of the output, else PLY
+  std::string frame;   // empty: that of the format
   bool pointnet = false;
   std::uint32_t shard_rows = 2048;
   DescriptorExport descriptors;
@@ -57,6 +56,28 @@ struct ExportOptions {
   std::uint64_t store_bytes = 0;  // facts of the store before it was opened
   std::int64_t store_modified_ns = 0;
 };
+
+// The format that the ending of an output gives, which then names a file; null: a folder, or any name.
+const ExportFormat* file_format(const fs::path& output) {
+  std::error_code none;
+  return fs::is_directory(output, none) ? nullptr
+                                        : format_of_ending(lower_ascii(output.extension().string()));
+}
+
+// Takes the format from the ending of the output where none was asked for.
+void settle_format(ExportOptions& options) {
+  const ExportFormat* const file = options.pointnet ? nullptr : file_format(options.output);
+  if (options.format.empty()) {
+    options.format = file != nullptr ? file->word : "ply";
+    return;
+  }
+  const ExportFormat& asked = export_format(options.format);
+  if (file != nullptr && file != &asked && asked.content != ExportContent::descriptors)
+    throw UsageError(fmt::format(
+        "-o: `{}` ends in {}, but --format {} was asked for: give {}", options.output, file->ending,
+        asked.word,
+        asked.ending.empty() ? "a folder" : fmt::format("a name in {}, or a folder", asked.ending)));
+}
 
 // The rows asked for, or all ok rows.
 std::vector<std::uint64_t> chosen_rows(const StoreReader& store, const std::vector<std::string>& items) {
@@ -121,37 +142,6 @@ int say_stopped(const ExportOptions& options, const std::string& how_far) {
   return exit_stopped;
 }
 
-bool is_mesh_file(const fs::path& path) {
-  MeshFormat format{};
-  std::error_code none;
-  if (!mesh_format_of(path, format) || !fs::is_regular_file(path, none)) return false;
-  try {
-    return is_mesh(kind_of_file(path));
-  } catch (const RunError&) {
-    return false;  // it cannot be read, by a run either
-  }
-}
-
-// Points beside meshes would be inputs of the next run over these. Looks at the folders that get files, at
-// the first thousand entries of each.
-void refuse_folders_of_meshes(const std::vector<fs::path>& outputs) {
-  constexpr int most_entries = 1000;
-  const std::set<fs::path> own(outputs.begin(), outputs.end());
-  std::set<fs::path> folders;
-  for (const fs::path& output : outputs) folders.insert(output.parent_path());
-  for (const fs::path& folder : folders) {
-    std::error_code error;
-    int entries = 0;
-    for (fs::directory_iterator at(folder, error), end; !error && at != end && entries < most_entries;
-         at.increment(error), ++entries)
-      if (!own.contains(at->path()) && is_mesh_file(at->path()))
-        throw UsageError(
-            fmt::format("-o: `{}` holds meshes (`{}`): the points would be inputs of the next run over them; "
-                        "give another folder",
-                        folder.string(), at->path().filename().string()));
-  }
-}
-
 int export_points(const StoreReader& store, const std::vector<std::uint64_t>& rows,
                   const ExportOptions& options, OutputGuard& guard) {
   const std::vector<std::string> arrays = chosen_arrays(store, options.arrays);
@@ -170,10 +160,23 @@ int export_points(const StoreReader& store, const std::vector<std::uint64_t>& ro
     write_row(print_bytes, rows.front());
     return exit_done;
   }
+  if (file_format(options.output) != nullptr) {
+    if (rows.size() != 1)
+      throw UsageError(fmt::format("-o: `{}` is one file, but {} items {}: name the item, or give a folder",
+                                   options.output, rows.size(),
+                                   options.items.empty() ? "of the store have points" : "are named"));
+    guard.check(options.output, {export_format(options.format).kind}, "-o", options.existing());
+    AtomicFile file(options.output, FullDisk::ends_command);
+    write_row([&file](std::string_view bytes) { file.append(bytes); }, rows.front());
+    file.commit();
+    fmt::print("{}: {} points of `{}`\n", options.output, store.samples(), store.id(rows.front()));
+    return exit_done;
+  }
   UnfinishedExport unfinished(options.output, parameters_of(store, options, arrays), options.fresh, guard);
   std::vector<fs::path> paths;
   for (const std::uint64_t row : rows) {
-    paths.push_back(path_below(options.output, store.id(row), "." + options.format));
+    paths.push_back(
+        path_below(options.output, store.id(row), std::string(export_format(options.format).ending)));
     if (*fs::path(store.id(row)).begin() == UnfinishedExport::description_name)
       throw UsageError(
           fmt::format("the item `{}` has the name of the description of the export, `{}`: name the "
@@ -181,7 +184,6 @@ int export_points(const StoreReader& store, const std::vector<std::uint64_t>& ro
                       store.id(row), UnfinishedExport::description_name));
     guard.check(paths.back(), {export_format(options.format).kind}, "-o", unfinished.existing(), true);
   }
-  if (MeshFormat mesh; mesh_format_of("a." + options.format, mesh)) refuse_folders_of_meshes(paths);
   if (unfinished.begin()) {
     std::set<std::string> names;
     for (const fs::path& path : paths) names.insert(path.lexically_relative(options.output).string());
@@ -289,13 +291,14 @@ JobFunction add_export_job(Command& program) {
   command.add_option("ITEM", options->items, "Ids or row numbers (default: all ok items)");
   const Option output =
       command.add_option("-o,--output", options->output,
-                         "Output folder, created if missing; with --descriptors the output file; -: the "
-                         "points of one item, or the CSV of descriptors, on standard output");
+                         "Output folder, created if missing; for one item also a file, as c.ply; with "
+                         "--descriptors the output file; -: the points of one item, or the CSV of "
+                         "descriptors, on standard output");
   std::vector<std::string> words;
   for (const ExportFormat& known : export_formats) words.emplace_back(known.word);
   const Option format =
       command.add_option("--format", options->format, "Of the point files, or of the file of descriptors")
-          .show_default()
+          .show_default("by the ending of -o, else ply")
           .one_of(words);
   command
       .add_option(
@@ -321,6 +324,7 @@ JobFunction add_export_job(Command& program) {
   add_page_export_options(command, options->page).excludes(format).excludes(pointnet).excludes(output);
   add_trust_option(command, options->check);
   return [options] {
+    settle_format(*options);
     check_descriptor_export(options->descriptors, options->format, options->output);
     check_array_export(options->arrays, options->format);
     if (options->page.shapes_page && options->page.output.empty())

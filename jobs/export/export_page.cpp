@@ -6,6 +6,7 @@
 #include <charconv>
 #include <cmath>
 #include <limits>
+#include <set>
 
 #include "io/json_writer.h"
 #include "io/page/model_page.h"
@@ -13,6 +14,7 @@
 #include "jobs/cli/command_line.h"
 #include "jobs/cli/exit_status.h"
 #include "jobs/rows/descriptor_choice.h"
+#include "jobs/rows/sample_colorings.h"
 #include "kernels/retrieve/nearest_rows.h"
 
 namespace meander {
@@ -54,6 +56,15 @@ struct PageHistogram {
   std::vector<std::uint64_t> position;  // of these, on the page
 };
 
+// Bytes of a sample for a coloring that the page has beside those of PackedPoints.
+std::size_t coloring_bytes_each(ColoringKind kind) {
+  return kind == ColoringKind::number ? 1 : kind == ColoringKind::classes ? 2 : 3;
+}
+constexpr std::string_view page_kind(ColoringKind kind) {
+  return kind == ColoringKind::number ? "number" : kind == ColoringKind::classes ? "classes" : "colors";
+}
+constexpr std::size_t most_class_keys = 12;  // in a legend
+
 // Everything of the page but the points: filled model by model.
 class PageFacts {
  public:
@@ -63,10 +74,14 @@ class PageFacts {
     store.require(&Samples::density, "--html");
     store.require(&Samples::curve_rank, "--html");
     choose_rows(options);
-    choose_points(options);
     for (const DescriptorSchema& schema : store.descriptors())
       if (schema.group == "descriptors" && schema.width > 1 && is_histogram(schema))
         histograms_.push_back({schema, {}, {}});
+    // What the run was asked for; of the other columns the packed points have those that a page shows.
+    for (const SampleColoring& coloring : colorings_of(store))
+      if (coloring.attribute || (coloring.column && sample_columns[*coloring.column].is_asked_for()))
+        colorings_.push_back(coloring);
+    choose_points(options);
     json_.begin_object();
     json_.member("store", store_name);
     write_provenance();
@@ -82,8 +97,9 @@ class PageFacts {
   std::uint64_t models_left_out() const { return wanted_ - rows_.size(); }
   std::uint64_t failures_left_out() const { return failed_.size() - listed_; }
 
-  // Adds the model to the facts and gives the bytes of its block: points, then a byte for every bin of its
-  // histograms, over the largest of each.
+  // Adds the model to the facts and gives the bytes of its block: points, the values of each coloring (one
+  // byte of the range, 255: none; two bytes of a class, little-endian, 65535: none; or three of a color),
+  // then a byte for every bin of its histograms, over the largest of each.
   std::vector<std::byte> add_model(std::uint64_t position) {
     const std::uint64_t row = rows_[position];
     const Row content = store_.read_row(row);
@@ -94,7 +110,12 @@ class PageFacts {
     json_.member("label", store_.label(row));
     if (store_.split(row) != Split::none) json_.member("split", name_of(store_.split(row)));
     write_geometry(content.report, packed);
+    write_notes(content.report);
     write_values(content);
+    json_.key("paint");
+    json_.begin_array();
+    for (const SampleColoring& coloring : colorings_) add_coloring(coloring, content, packed.bytes);
+    json_.end_array();
     json_.key("peaks");
     json_.begin_array();
     for (PageHistogram& histogram : histograms_) add_histogram(histogram, content, position, packed.bytes);
@@ -131,7 +152,10 @@ class PageFacts {
 
   void choose_points(const PageExport& options) {
     constexpr std::uint64_t fewest = 128;
-    const std::uint64_t usual = std::max(fewest, page_points / std::max<std::uint64_t>(1, rows_.size()));
+    std::uint64_t each = packed_point_bytes;
+    for (const SampleColoring& coloring : colorings_) each += coloring_bytes_each(coloring.kind);
+    const std::uint64_t usual =
+        std::max(fewest, page_points * packed_point_bytes / each / std::max<std::uint64_t>(1, rows_.size()));
     const std::uint64_t all = store_.samples();
     const std::uint64_t kept = std::min(all, options.points > 0 ? options.points : usual);
     const bool progressive = store_.order() == "progressive";
@@ -158,6 +182,17 @@ class PageFacts {
   void write_names() {
     json_.key("labels");
     number_list(json_, store_.label_names());
+    json_.key("colorings");
+    json_.begin_array();
+    for (const SampleColoring& coloring : colorings_) {
+      json_.begin_object();
+      json_.member("word", coloring.word);
+      json_.member("title", coloring.title);
+      json_.member("kind", page_kind(coloring.kind));
+      json_.member("bytes", std::uint64_t{coloring_bytes_each(coloring.kind)});
+      json_.end_object();
+    }
+    json_.end_array();
     json_.key("histograms");
     json_.begin_array();
     for (const PageHistogram& histogram : histograms_) {
@@ -222,6 +257,72 @@ class PageFacts {
     number_list(json_, packed.high);
     json_.key("density");
     number_list(json_, std::array{packed.density_low, packed.density_high});
+  }
+
+  void write_notes(const ItemReport& report) {
+    if (!report.note_text.empty()) json_.member("notes", report.note_text);
+    if (!store_.columns().has(&Samples::rgb)) return;
+    json_.member("color_source", name_of(report.color_source));
+    json_.member("color_fills", report.color_fills);
+  }
+
+  void add_coloring(const SampleColoring& coloring, const Row& row, std::vector<std::byte>& bytes) {
+    if (coloring.kind == ColoringKind::number)
+      add_numbers(coloring_numbers(coloring, row.samples, row.samples.count()), bytes);
+    else if (coloring.kind == ColoringKind::classes)
+      add_classes(coloring, row, bytes);
+    else
+      add_colors(coloring_bytes(coloring, row.samples, row.samples.count()), bytes);
+  }
+
+  // The range; empty where there are no values.
+  void add_numbers(const std::vector<float>& numbers, std::vector<std::byte>& bytes) {
+    constexpr double most = 254, none = 255;
+    double low = std::numeric_limits<double>::infinity(), high = -low;
+    for (const std::uint32_t i : chosen_)
+      if (std::isfinite(numbers[i])) {
+        low = std::min(low, double{numbers[i]});
+        high = std::max(high, double{numbers[i]});
+      }
+    for (const std::uint32_t i : chosen_) {
+      const double share = high > low ? std::clamp((numbers[i] - low) / (high - low), 0.0, 1.0) : 0;
+      bytes.push_back(static_cast<std::byte>(std::isnan(numbers[i]) ? none : std::lround(most * share)));
+    }
+    json_.begin_array();
+    for (const double end : {low, high})
+      if (low <= high) json_.value(six_digits(end));
+    json_.end_array();
+  }
+
+  // The classes with their names where they are few.
+  void add_classes(const SampleColoring& coloring, const Row& row, std::vector<std::byte>& bytes) {
+    constexpr std::int64_t none = 65535;
+    const std::vector<std::int64_t> classes = coloring_classes(coloring, row.samples, row.samples.count());
+    std::set<std::int64_t> used;
+    for (const std::uint32_t i : chosen_) {
+      const std::int64_t number = classes[i] < 0 ? none : classes[i] % none;
+      bytes.push_back(static_cast<std::byte>(number & 0xFF));
+      bytes.push_back(static_cast<std::byte>(number >> 8));
+      if (number != none && used.size() <= most_class_keys) used.insert(number);
+    }
+    const std::vector<std::string> names = class_names(coloring, store_.columns(), row.names);
+    json_.begin_array();
+    for (const std::int64_t number : used) {
+      if (used.size() > most_class_keys) break;
+      json_.begin_array();
+      json_.value(static_cast<std::uint64_t>(number));
+      const auto n = static_cast<std::size_t>(number);
+      json_.value(n < names.size() ? names[n] : std::to_string(number));
+      json_.end_array();
+    }
+    json_.end_array();
+  }
+
+  void add_colors(const std::vector<std::uint8_t>& colors, std::vector<std::byte>& bytes) {
+    for (const std::size_t i : chosen_)
+      for (std::size_t k = 3 * i; k < 3 * i + 3; ++k) bytes.push_back(std::byte{colors[k]});
+    json_.begin_array();
+    json_.end_array();
   }
 
   static bool is_single_values(const DescriptorSchema& schema) {
@@ -296,6 +397,7 @@ class PageFacts {
   JsonWriter json_;
   std::vector<std::uint64_t> rows_, failed_;
   std::vector<std::uint32_t> chosen_;  // samples of every model
+  std::vector<SampleColoring> colorings_;
   std::vector<PageHistogram> histograms_;
   std::uint64_t ok_rows_ = 0, wanted_ = 0, listed_ = 0;
   bool named_ = false;
@@ -317,7 +419,8 @@ Option add_page_export_options(const Command& whole, PageExport& options) {
       .on_given(given);
   command
       .add_option("--points", options.points,
-                  "--html: the first points of a model (default: all, within 4194304 on the page)")
+                  "--html: the first points of a model (default: all, within 42 MB: 4194304 on the page, "
+                  "fewer with colors or attributes)")
       .range(std::uint64_t{1}, std::uint64_t{1000000000})
       .on_given(given);
   return html;

@@ -10,6 +10,7 @@
 
 #include "io/item_id.h"
 #include "io/mesh/mesh_reader.h"
+#include "io/mesh/point_writer.h"
 #include "kernels/core/status.h"
 
 namespace meander {
@@ -119,7 +120,7 @@ class Walk {
     if (is_link ? target == fs::file_type::directory : entry.is_directory(error))
       folders.push_back(path);
     else if (mesh_format_of(path, format))
-      search_.files.push_back({path, {}});  // its row will say whether it is a mesh
+      take_mesh(path, format);
     else if (const auto kind = archive_kind_of(path); kind && target != fs::file_type::not_found)
       take_archive(path, *kind);
     else if (target == fs::file_type::not_found)
@@ -128,6 +129,15 @@ class Walk {
       leave_out(path, error);
     else
       ++search_.skipped[escape_id(path.extension().string())];
+  }
+
+  // Its row will say whether it is a mesh.
+  void take_mesh(const fs::path& path, MeshFormat format) {
+    const bool is_format_of_points = format == MeshFormat::ply || format == MeshFormat::off;
+    if (is_format_of_points && is_written_points(path))
+      ++search_.written_points;
+    else
+      search_.files.push_back({path, {}});
   }
 
   void take_archive(const fs::path& path, ArchiveKind kind) {

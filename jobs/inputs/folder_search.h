@@ -33,6 +33,7 @@ struct FolderSearch {
   std::vector<FoundFile> files;                  // with an extension of a known format; in no order
   std::map<std::string, std::uint64_t> skipped;  // counts of other files by extension
   std::uint64_t hidden = 0;                      // skipped files and folders: .NAME and __MACOSX
+  std::uint64_t written_points = 0;              // skipped files of points that `export` made
   std::uint64_t links_back = 0;                  // links to a folder around them, which are not followed
   std::vector<UnreadFolder> unread;
   std::vector<std::shared_ptr<Archive>> indexed;  // archives whose access points take memory
@@ -60,8 +61,9 @@ std::shared_ptr<const Archive> search_archive(const std::filesystem::path& archi
 // Adds everything below `root`. Links to files and folders are followed; a folder that is reached in two ways
 // is searched twice, but never inside itself (device and inode identify it). A folder that cannot be read
 // goes to `unread`, as does a broken link, unless it has the extension of a known format and counts as a
-// file. Archives are searched as the folders that they stand for. Cost: every entry is looked at once; one
-// file descriptor.
+// file. PLY and OFF files that `is_written_points` recognizes are counted, and are no meshes. Archives are
+// searched as the folders that they stand for. Cost: every entry is looked at once, and the first 128 bytes
+// of PLY and OFF files; two file descriptors.
 void search_folder(const std::filesystem::path& root, FolderSearch& search);
 
 }  // namespace meander

@@ -62,6 +62,8 @@ void print_notes(const InputNotes& notes) {
     fmt::print("\n");
   }
   if (notes.hidden > 0) fmt::print("  hidden files and folders skipped: {}\n", notes.hidden);
+  if (notes.written_points > 0)
+    fmt::print("  point files of `meander export` skipped: {}\n", notes.written_points);
   if (notes.links_back > 0) fmt::print("  links to an enclosing folder skipped: {}\n", notes.links_back);
   if (notes.layout != FolderLayout::flat)
     fmt::print("  classes and splits of the folders: layout {}\n", name_of(notes.layout));
@@ -88,6 +90,7 @@ void write_notes(JsonWriter& json, const InputNotes& notes) {
     for (const auto& [extension, count] : notes.skipped) json.member(extension, count);
   });
   json.member("hidden", notes.hidden);
+  json.member("written_points", notes.written_points);
   json.member("links_back", notes.links_back);
   json.list("unread_folders", notes.unread, [&](const UnreadFolder& folder) {
     json.member("path", escape_id(folder.path.string()));

@@ -443,6 +443,7 @@ void take_notes(FolderSearch& search, InputNotes& notes) {
             [](const UnreadFolder& a, const UnreadFolder& b) { return a.path < b.path; });
   notes.skipped = std::move(search.skipped);
   notes.hidden = search.hidden;
+  notes.written_points = search.written_points;
   notes.links_back = search.links_back;
   notes.unread = std::move(search.unread);
 }

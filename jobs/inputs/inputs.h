@@ -27,6 +27,7 @@ struct InputOptions {
 struct InputNotes {
   std::map<std::string, std::uint64_t> skipped;  // counts of files with other extensions, by extension
   std::uint64_t hidden = 0;                      // skipped hidden files and folders
+  std::uint64_t written_points = 0;              // skipped files of points that `export` made
   std::uint64_t links_back = 0;                  // links to a folder around them, not followed
   std::vector<UnreadFolder> unread;              // ascending; with any, the run does not end with success
   FolderLayout layout = FolderLayout::flat;      // gave classes and splits; never automatic
@@ -55,10 +56,10 @@ struct Inputs {
 // unpacked file. Arguments and paths in lists may name a member: ARCHIVE/MEMBER.
 //
 // Rows: folders are searched by search_folder, and files in them make rows if they have an extension of a
-// known format; others are counted. A file that is an argument or in a list (`@list.txt`, `-` for standard
-// input) always makes a row. Lists have one path per line; blank lines and lines that begin with # are
-// skipped. With null_lists every byte but NUL is part of a path. `.cla` files (Princeton Shape Benchmark)
-// give labeled items.
+// known format and are no points that `export` wrote; others are counted. A file that is an argument or in a
+// list (`@list.txt`, `-` for standard input) always makes a row. Lists have one path per line; blank lines
+// and lines that begin with # are skipped. With null_lists every byte but NUL is part of a path. `.cla` files
+// (Princeton Shape Benchmark) give labeled items.
 //
 // Ids (escape_id of): the path relative to the folder, prefixed by the folder's own name if there are
 // several; the file name for files that are arguments; db/... for .cla; the path relative to the root for

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
-#include <limits>
 #include <numbers>
 #include <span>
 
@@ -34,37 +33,13 @@ std::size_t drawn_count(const Row& row, const ModelLook& look) {
   return look.points == 0 ? count : std::min<std::size_t>(count, look.points);
 }
 
-SrgbColor normal_color(const float* normal) {
-  SrgbColor color;
-  for (std::size_t k = 0; k < 3; ++k)
-    color[k] = static_cast<std::uint8_t>(std::lround(127.5 * (1 + std::clamp(normal[k], -1.0f, 1.0f))));
-  return color;
-}
-
 struct PicturedRow : Row {
   std::int32_t label = -1;
 };
 
-std::vector<SrgbColor> colors_of(const PicturedRow& row, const DensityRange& range, const ModelLook& look) {
-  const Samples& samples = row.samples;
-  const std::size_t count = drawn_count(row, look);
-  if (look.color == SampleColor::plain)
-    return {look.style == SampleStyle::splats ? splat_color : plain_color};
-  if (look.color == SampleColor::label)
-    return {row.label < 0 ? SrgbColor{110, 110, 110}
-                          : srgb(palette_color(static_cast<std::size_t>(row.label)))};
-  std::vector<SrgbColor> colors(count);
-  for (std::size_t i = 0; i < count; ++i) {
-    if (look.color == SampleColor::normal) {
-      colors[i] = normal_color(&samples.normals[3 * i]);
-      continue;
-    }
-    const double t = look.color == SampleColor::rank
-                         ? samples.curve_rank[i] / std::max(1.0, static_cast<double>(samples.count()) - 1)
-                         : (samples.density[i] - range.least) / std::max(range.largest - range.least, 1e-300);
-    colors[i] = srgb(map_color(t));
-  }
-  return colors;
+std::vector<SrgbColor> row_colors(const PicturedRow& row, const ColorScale& scale, const ModelLook& look) {
+  return colors_of(row.samples, row.label, drawn_count(row, look), look.color, scale,
+                   look.style == SampleStyle::splats ? splat_color : plain_color);
 }
 
 // Discs are smaller where the samples are denser.
@@ -100,7 +75,7 @@ double visible_area(std::span<const double> positions, double area) {
 }
 
 // The surface in working coordinates, since those of the file may be too large to compute a picture with.
-RgbImage draw_surface(const PolygonMesh& file, const PicturedRow& row, const DensityRange& range,
+RgbImage draw_surface(const PolygonMesh& file, const PicturedRow& row, const ColorScale& scale,
                       const ModelLook& look) {
   const PreparedMesh mesh = prepare_mesh(file);
   std::vector<double> positions(3 * mesh.vertex_count());
@@ -112,27 +87,27 @@ RgbImage draw_surface(const PolygonMesh& file, const PicturedRow& row, const Den
   const std::size_t values = look.samples ? 3 * drawn_count(row, look) : 0;
   const std::vector<double> points =
       working_points(row.report, std::span(row.samples.points).first(values), mesh);
-  const std::vector<SrgbColor> colors = colors_of(row, range, look);
+  const std::vector<SrgbColor> colors = row_colors(row, scale, look);
   const std::vector<double> radii = radii_of(row, visible_area(positions, mesh.total_area), look);
   return sampled_surface_picture(
       {positions, mesh.triangles, points, std::span(row.samples.normals).first(values), colors, radii},
       surface_look(look));
 }
 
-RgbImage draw_points(const PicturedRow& row, const DensityRange& range, const ModelLook& look) {
+RgbImage draw_points(const PicturedRow& row, const ColorScale& scale, const ModelLook& look) {
   SplatParameters parameters;
   parameters.size = look.size;
   parameters.view = look.view;
   parameters.up = look.up;
   const std::size_t values = 3 * drawn_count(row, look);
   const double area = row.report.area / (row.report.scale * row.report.scale);
-  const std::vector<SrgbColor> colors = colors_of(row, range, look);
+  const std::vector<SrgbColor> colors = row_colors(row, scale, look);
   return splat_picture(std::span(row.samples.points).first(values),
                        std::span(row.samples.normals).first(values), area, parameters, colors);
 }
 
 // Draws the samples alone and, with their mesh (or null), measures the white space between them.
-RgbImage draw_sample_splats(const PolygonMesh* file, const PicturedRow& row, const DensityRange& range,
+RgbImage draw_sample_splats(const PolygonMesh* file, const PicturedRow& row, const ColorScale& scale,
                             const ModelLook& look, std::string& note) {
   const std::size_t count = drawn_count(row, look);
   const auto points = std::span(row.samples.points).first(3 * count);
@@ -144,7 +119,7 @@ RgbImage draw_sample_splats(const PolygonMesh* file, const PicturedRow& row, con
   if (look.style == SampleStyle::splats)
     view = fitted_view(points, look.view, look.up, look.size, look.size,
                        0.05 + std::min(0.15, reach * view.scale / look.size));
-  const std::vector<SrgbColor> colors = colors_of(row, range, look);
+  const std::vector<SrgbColor> colors = row_colors(row, scale, look);
   const OrientedSplats splats = splats_of(row, half_axes, colors, view);
   SplatLook drawn;
   drawn.backs = look.both_sides || !is_closed(row);
@@ -171,7 +146,7 @@ std::string read_surface(const PicturedModel& model, const Row& row, PolygonMesh
   return {};
 }
 
-void draw_cell(const PicturedModel& model, const PicturedRow& row, const DensityRange& range,
+void draw_cell(const PicturedModel& model, const PicturedRow& row, const ColorScale& scale,
                const ModelLook& look, SheetCell& cell) {
   if (row.report.status != Status::ok) {
     cell.failure = fmt::format("{}: {}", name_of(row.report.status), row.report.reason);
@@ -185,32 +160,28 @@ void draw_cell(const PicturedModel& model, const PicturedRow& row, const Density
   }
   const bool alone = look.style != SampleStyle::surface;
   if (alone) {
-    cell.picture = draw_sample_splats(lacking.empty() ? &mesh : nullptr, row, range, look, cell.note);
+    cell.picture = draw_sample_splats(lacking.empty() ? &mesh : nullptr, row, scale, look, cell.note);
   } else {
-    cell.picture = lacking.empty() ? draw_surface(mesh, row, range, look) : draw_points(row, range, look);
+    cell.picture = lacking.empty() ? draw_surface(mesh, row, scale, look) : draw_points(row, scale, look);
   }
   if (lacking.empty() || !look.surfaces) return;
   cell.note = fmt::format("{}: {}", alone ? "white space unknown" : "points only", lacking);
   cell.note_color = warning_note;
 }
 
-}  // namespace
-
-DensityRange density_range(const StoreReader& store, std::span<const PicturedModel> models,
-                           const ModelLook& look) {
-  if (look.color != SampleColor::density) return {};
-  DensityRange range{std::numeric_limits<double>::infinity(), 0};
-  for (const PicturedModel& model : models) {
-    const Row row = store.read_row(model.row);
-    if (row.report.status != Status::ok) continue;
-    for (std::size_t i = 0; i < drawn_count(row, look); ++i) {
-      const double density = row.samples.density[i];
-      range.least = std::min(range.least, density);
-      range.largest = std::max(range.largest, density);
-    }
-  }
-  return range.least <= range.largest ? range : DensityRange{};
+// The class, where the colors come from if they are drawn, and how much the model asked for and did not get.
+std::string words_below(const StoreReader& store, const PicturedRow& row, const ModelLook& look) {
+  std::vector<std::string> words;
+  if (row.label >= 0) words.push_back(store.label_names()[static_cast<std::size_t>(row.label)]);
+  if (row.report.status == Status::ok && look.color.kind == ColoringKind::rgb)
+    words.push_back(fmt::format("colors: {}", name_of(row.report.color_source)));
+  std::uint64_t notes = 0;
+  for (const std::uint32_t count : row.report.notes) notes += count > 0;
+  if (notes > 0) words.push_back(fmt::format("{} note{}", notes, notes == 1 ? "" : "s"));
+  return fmt::format("{}", fmt::join(words, ", "));
 }
+
+}  // namespace
 
 std::uint64_t picture_bytes(const StoreReader& store, const PicturedModel& model, const ModelLook& look) {
   std::uint64_t bytes = std::uint64_t{look.size} * look.size * bytes_per_pixel +
@@ -225,7 +196,7 @@ std::uint64_t picture_bytes(const StoreReader& store, const PicturedModel& model
 }
 
 std::vector<SheetCell> model_cells(const StoreReader& store, std::span<const PicturedModel> models,
-                                   const DensityRange& range, const ModelLook& look) {
+                                   const ColorScale& scale, const ModelLook& look) {
   std::vector<PicturedRow> rows;
   std::vector<SheetCell> cells(models.size());
   for (std::size_t i = 0; i < models.size(); ++i) {
@@ -236,16 +207,16 @@ std::vector<SheetCell> model_cells(const StoreReader& store, std::span<const Pic
     rows.push_back({store.read_row(models[i].row), store.label(models[i].row)});
     cells[i].title = store.id(models[i].row);
     cells[i].note_color = quiet_note;
-    if (look.color == SampleColor::label && rows[i].label >= 0)
+    if (look.color.kind == ColoringKind::label && rows[i].label >= 0)
       cells[i].note_color = palette_color(static_cast<std::size_t>(rows[i].label));
-    if (rows[i].label >= 0) cells[i].note = store.label_names()[static_cast<std::size_t>(rows[i].label)];
+    cells[i].note = words_below(store, rows[i], look);
   }
-  parallel_tasks(models.size(), [&](std::size_t i) { draw_cell(models[i], rows[i], range, look, cells[i]); });
+  parallel_tasks(models.size(), [&](std::size_t i) { draw_cell(models[i], rows[i], scale, look, cells[i]); });
   return cells;
 }
 
 std::vector<SheetCell> model_cells(const StoreReader& store, std::vector<PicturedModel> models,
-                                   const DensityRange& range, const ModelLook& look, std::uint64_t memory,
+                                   const ColorScale& scale, const ModelLook& look, std::uint64_t memory,
                                    std::size_t threads) {
   std::vector<std::uint64_t> bytes;
   for (PicturedModel& model : models) {
@@ -262,7 +233,7 @@ std::vector<SheetCell> model_cells(const StoreReader& store, std::vector<Picture
     while (end < models.size() && end - begin < threads && taken + bytes[end] <= memory)
       taken += bytes[end++];
     std::vector<SheetCell> drawn =
-        model_cells(store, std::span(models).subspan(begin, end - begin), range, look);
+        model_cells(store, std::span(models).subspan(begin, end - begin), scale, look);
     std::move(drawn.begin(), drawn.end(), std::back_inserter(cells));
     begin = end;
   }
@@ -279,25 +250,6 @@ std::uint64_t sheet_bytes(const SheetLook& sheet, std::size_t models) {
 void look_along(const std::string& up, ModelLook& look) {
   look.up = axis_of(up);
   look.view = view_of({}, up);
-}
-
-std::optional<SheetLegend> legend_of(const DensityRange& range, const ModelLook& look) {
-  switch (look.color) {
-    case SampleColor::plain:
-      return {};
-    case SampleColor::density:
-      if (range.largest <= 1.0005 * range.least)
-        return SheetLegend{fmt::format("density {:.3g} everywhere", range.least), false, "", ""};
-      return SheetLegend{"density", true, fmt::format("{:.3g}", range.least),
-                         fmt::format("{:.3g}", range.largest)};
-    case SampleColor::rank:
-      return SheetLegend{"position along the curve", true, "first", "last"};
-    case SampleColor::normal:
-      return SheetLegend{"colour: the unit normal, red x, green y, blue z", false, "", ""};
-    case SampleColor::label:
-      return SheetLegend{"colour: the class, named below each model", false, "", ""};
-  }
-  return {};
 }
 
 }  // namespace meander

@@ -11,14 +11,12 @@
 
 #include "io/plot/picture_sheet.h"
 #include "io/store/store_reader.h"
+#include "jobs/laboratory/colored_samples.h"
 #include "jobs/laboratory/splat_models.h"
 #include "kernels/core/vector3.h"
 #include "pipeline/sampling_graph.h"
 
 namespace meander {
-
-enum class SampleColor : std::uint8_t { plain, density, rank, normal, label };
-inline constexpr std::string_view sample_color_names[] = {"plain", "density", "rank", "normal", "label"};
 
 enum class SampleStyle : std::uint8_t {
   surface,  // discs on the mesh
@@ -28,13 +26,13 @@ enum class SampleStyle : std::uint8_t {
 
 struct ModelLook {
   SampleStyle style = SampleStyle::surface;
-  bool both_sides = false;   // of the same: splats of closed meshes that face away are drawn too
-  SplatSizes splats;         // of the styles splats and points
-  std::uint32_t size = 360;  // pixels, width and height; 32..4096
-  std::uint32_t points = 0;  // how many of the first samples of every model are drawn; 0: all
-  bool surfaces = true;      // the command names meshes: the note names missing ones
-  bool samples = true;       // samples are drawn on the surface; without a surface they always are
-  SampleColor color = SampleColor::plain;
+  bool both_sides = false;    // of the same: splats of closed meshes that face away are drawn too
+  SplatSizes splats;          // of the styles splats and points
+  std::uint32_t size = 360;   // pixels, width and height; 32..4096
+  std::uint32_t points = 0;   // how many of the first samples of every model are drawn; 0: all
+  bool surfaces = true;       // the command names meshes: the note names missing ones
+  bool samples = true;        // samples are drawn on the surface; without a surface they always are
+  SampleColoring color = {};  // what the color of a sample means
   double disc = 0.26;  // radius of a sample's disc, parts of sqrt(area / (samples drawn x density)); 0.05..1
   Vector3 view = {0.55, 0.42, 1};  // from the model towards the eye
   Vector3 up = {0, 1, 0};
@@ -48,13 +46,6 @@ struct PicturedModel {
   bool in_store = true;   // false: the file alone, without samples
 };
 
-// The minimum and the maximum density of the ok rows, the range of SampleColor::density.
-struct DensityRange {
-  double least = 1, largest = 1;
-};
-DensityRange density_range(const StoreReader& store, std::span<const PicturedModel> models,
-                           const ModelLook& look);
-
 // An upper bound of the memory for the picture of one model, in bytes.
 std::uint64_t picture_bytes(const StoreReader& store, const PicturedModel& model, const ModelLook& look);
 
@@ -62,18 +53,16 @@ std::uint64_t picture_bytes(const StoreReader& store, const PicturedModel& model
 // drawn alone, and the note says why. A row that is not ok shows its status and reason instead. Reads the
 // store in one thread, then reads and draws the meshes in parallel. Throws RunError.
 std::vector<SheetCell> model_cells(const StoreReader& store, std::span<const PicturedModel> models,
-                                   const DensityRange& range, const ModelLook& look);
+                                   const ColorScale& scale, const ModelLook& look);
 
 // The same for any number of models, as many at once as `threads` and `memory` bytes allow; a model that is
 // too large is drawn by its points alone. sheet_bytes: the finished pictures and their sheet.
 std::vector<SheetCell> model_cells(const StoreReader& store, std::vector<PicturedModel> models,
-                                   const DensityRange& range, const ModelLook& look, std::uint64_t memory,
+                                   const ColorScale& scale, const ModelLook& look, std::uint64_t memory,
                                    std::size_t threads);
 std::uint64_t sheet_bytes(const SheetLook& sheet, std::size_t models);
 
 // The direction towards an eye in front, to the right and above, for the axis ("x", "y", "z") that points up.
 void look_along(const std::string& up, ModelLook& look);
-
-std::optional<SheetLegend> legend_of(const DensityRange& range, const ModelLook& look);
 
 }  // namespace meander

@@ -1,6 +1,7 @@
 #include "jobs/laboratory/picture_options.h"
 
 #include "jobs/cli/usage_error.h"
+#include "jobs/rows/sample_colorings.h"
 
 #include <fmt/format.h>
 
@@ -54,6 +55,15 @@ void add_view_options(Command& command, std::string& up, std::string& view) {
   command.add_option(
       "--view", view,
       "Direction from the model towards the eye, X,Y,Z (default: in front, to the right and above)");
+}
+
+void add_color_option(Command& command, std::string& color) {
+  command
+      .add_option(
+          "--color,--colour", color,
+          fmt::format("Meaning of the color of a sample: {}, or an attribute of the store by its name",
+                      coloring_words()))
+      .show_default();
 }
 
 void add_drawing_options(Command& command, std::string& memory, int& threads) {

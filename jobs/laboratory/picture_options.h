@@ -10,6 +10,8 @@ namespace meander {
 
 // --up and --view of the commands that draw models.
 void add_view_options(Command& command, std::string& up, std::string& view);
+// --color of the commands that draw samples: a word of coloring_named.
+void add_color_option(Command& command, std::string& color);
 // --memory and --threads of the commands that draw models.
 void add_drawing_options(Command& command, std::string& memory, int& threads);
 

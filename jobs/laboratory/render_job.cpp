@@ -4,7 +4,6 @@
 #include <oneapi/tbb/info.h>
 
 #include <algorithm>
-#include <iterator>
 #include <memory>
 #include <stdexcept>
 #include <utility>
@@ -44,8 +43,6 @@ struct RenderOptions {
 
 ModelLook look_of(const RenderOptions& options) {
   ModelLook look = options.look;
-  const auto named = std::find(std::begin(sample_color_names), std::end(sample_color_names), options.color);
-  look.color = static_cast<SampleColor>(named - std::begin(sample_color_names));
   look.size = options.sheet.cell;
   look.surfaces = !options.inputs.empty();
   look.up = axis_of(options.up);
@@ -93,13 +90,13 @@ std::uint64_t memory_for_pictures(const RenderOptions& options, const StoreReade
 const std::string& words_of(const SheetCell& cell) { return cell.failure.empty() ? cell.note : cell.failure; }
 
 int render_sheet(const RenderOptions& options) {
-  const ModelLook look = look_of(options);
+  ModelLook look = look_of(options);
   if (options.inputs.empty() && (!options.collect.root.empty() || options.collect.null_lists))
     throw UsageError("--root and --null apply to lists in INPUT: give INPUT as well");
   const StoreReader store(options.store, options.check);
   store.require(&Samples::normals, "`render`");
   store.require(&Samples::density, "`render`");
-  if (look.color == SampleColor::rank) store.require(&Samples::curve_rank, "`render --color rank`");
+  look.color = coloring_named(store, options.color, "--color");
   OutputGuard guard;
   guard.protect(options.store, "the store itself");
   if (std::filesystem::path(options.output).extension() != ".png")
@@ -115,10 +112,12 @@ int render_sheet(const RenderOptions& options) {
   const int threads = options.threads > 0 ? options.threads : oneapi::tbb::info::default_concurrency();
   const oneapi::tbb::global_control control(oneapi::tbb::global_control::max_allowed_parallelism,
                                             static_cast<std::size_t>(threads));
-  const DensityRange range = density_range(store, models, look);
+  std::vector<std::uint64_t> rows;
+  for (const PicturedModel& model : models) rows.push_back(model.row);
+  const ColorScale scale = color_scale(store, rows, look.points, look.color);
   const std::vector<SheetCell> cells =
-      model_cells(store, std::move(models), range, look, memory, static_cast<std::size_t>(threads));
-  write_png(options.output, picture_sheet(cells, legend_of(range, look), options.sheet));
+      model_cells(store, std::move(models), scale, look, memory, static_cast<std::size_t>(threads));
+  write_png(options.output, picture_sheet(cells, legend_of(scale, look.color), options.sheet));
   std::size_t alone = 0, failed = 0;
   for (const SheetCell& cell : cells) {
     failed += cell.picture.width == 0;
@@ -177,9 +176,7 @@ JobFunction add_pictures(Command& render, const StyleWords& words) {
   command
       .add_option("--points", options->look.points, "Number of samples of each model to draw, the first ones")
       .range(1, 100000000);
-  command.add_option("--color,--colour", options->color, "Meaning of the color of a sample")
-      .show_default()
-      .one_of({std::begin(sample_color_names), std::end(sample_color_names)});
+  add_color_option(command, options->color);
   if (!surfaces) {
     SplatSizes& sizes = options->look.splats;
     if (words.style == SampleStyle::splats)

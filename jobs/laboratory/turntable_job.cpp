@@ -19,6 +19,7 @@
 #include "jobs/cli/units.h"
 #include "jobs/cli/usage_error.h"
 #include "jobs/inputs/store_items.h"
+#include "jobs/laboratory/colored_samples.h"
 #include "jobs/laboratory/picture_options.h"
 #include "jobs/laboratory/viewed_model.h"
 
@@ -29,7 +30,7 @@ namespace {
 namespace fs = std::filesystem;
 
 struct TurntableOptions {
-  std::string store, output, item, up = "y", memory = "4G";
+  std::string store, output, item, color = "plain", up = "y", memory = "4G";
   std::uint32_t frames = 180, samples = 0, width = 640, height = 480;
   double step = 2, from = 30, elevation = 20;
   int threads = 0;
@@ -117,6 +118,7 @@ int render_turntable(const TurntableOptions& options) {
       store.columns().tensors ? column_of(&Samples::tensor_direction) : column_of(&Samples::density),
       "`render turntable`");
   check_memory(options, store);
+  const SampleColoring coloring = coloring_named(store, options.color, "--color");
   OutputGuard guard;
   guard.protect(options.store, "the store itself");
   if (names.in_folder()) guard.check_folder(options.output, "-o");
@@ -134,6 +136,9 @@ int render_turntable(const TurntableOptions& options) {
     fmt::print(stderr, "meander: --samples {}: the model has {} in the store, all of them are drawn\n",
                options.samples, row.samples.count());
   const ViewedModel model(row, detail, options.samples);
+  const ColorScale scale = color_scale(store, {&number, 1}, 0, coloring);
+  const std::vector<SrgbColor> colors =
+      colors_of(row.samples, store.label(number), row.samples.count(), coloring, scale, splat_color);
   const Vector3 up = axis_of(options.up);
   SplatView view = turning_view(row.samples.points, turned_direction(up, options.from, options.elevation), up,
                                 options.width, options.height);
@@ -142,12 +147,15 @@ int render_turntable(const TurntableOptions& options) {
   for (std::uint32_t frame = 0; frame < options.frames; ++frame) {
     turn(view, turned_direction(up, options.from + frame * options.step, options.elevation), up);
     ViewDetail kept = model.detail(view.back);
-    write_png(names.name(frame), model.draw(kept, view, options.sizes));
+    write_png(names.name(frame), model.draw(kept, view, options.sizes, colors));
     behind += model.behind(kept, view.back) / options.frames;
     counts.add(std::move(kept.kept));
   }
   fmt::print("{}: {} frames of {}, {} to {} samples each\n", options.output, options.frames, store.id(number),
              counts.fewest, counts.most);
+  if (const auto legend = legend_of(scale, coloring))
+    fmt::print("{}{}\n", legend->title,
+               legend->bar ? fmt::format(": {} (violet) to {} (yellow)", legend->low, legend->high) : "");
   if (counts.steps())
     fmt::print(
         "From frame to frame {:.1f} % of the samples stay (median), {:.1f} % in the worst frame; none "
@@ -193,6 +201,7 @@ JobFunction add_turntable(Command& render) {
   command.add_option("--up", options->up, "The axis of the model that points up, about which it turns")
       .show_default()
       .one_of({"x", "y", "z"});
+  add_color_option(command, options->color);
   command.add_option("--width", options->width, "Pixels, 64 to 4096").show_default().range(64, 4096);
   command.add_option("--height", options->height, "Pixels, 64 to 4096").show_default().range(64, 4096);
   command

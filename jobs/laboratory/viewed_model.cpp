@@ -52,7 +52,8 @@ double TurnCounts::quantile(double q) const {
   return sorted.at(static_cast<std::size_t>(q * static_cast<double>(sorted.size() - 1)));
 }
 
-RgbImage ViewedModel::draw(const ViewDetail& kept, const SplatView& view, const SplatSizes& sizes) const {
+RgbImage ViewedModel::draw(const ViewDetail& kept, const SplatView& view, const SplatSizes& sizes,
+                           std::span<const SrgbColor> colors) const {
   const Samples& samples = row_.samples;
   std::vector<float> areas(areas_);
   for (const std::uint32_t i : kept.kept) {
@@ -70,8 +71,13 @@ RgbImage ViewedModel::draw(const ViewDetail& kept, const SplatView& view, const 
     half_axes.push_back(all_axes[2 * std::size_t{i}]);
     half_axes.push_back(all_axes[2 * std::size_t{i} + 1]);
   }
+  std::vector<SrgbColor> own;
+  if (colors.size() > 1) {
+    for (const std::uint32_t i : kept.kept) own.push_back(colors[i]);
+    colors = own;
+  }
   limit_overlap(half_axes, view);
-  return draw_splats({centres, normals, directions, half_axes, {&splat_color, 1}}, view,
+  return draw_splats({centres, normals, directions, half_axes, colors}, view,
                      {.backs = parameters_.both_sides})
       .image;
 }

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <span>
 #include <vector>
 
 #include "jobs/laboratory/splat_models.h"
@@ -22,7 +23,9 @@ class ViewedModel {
   // The share of the kept samples that face away from the eye.
   double behind(const ViewDetail& kept, Vector3 towards) const;
   // Splats are larger where samples are left out, so that they cover the surface as all of them would.
-  RgbImage draw(const ViewDetail& kept, const SplatView& view, const SplatSizes& sizes) const;
+  // colors: of every sample of the row, or one for all.
+  RgbImage draw(const ViewDetail& kept, const SplatView& view, const SplatSizes& sizes,
+                std::span<const SrgbColor> colors = {&splat_color, 1}) const;
 
  private:
   const Row& row_;

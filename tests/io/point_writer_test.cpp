@@ -164,3 +164,30 @@ TEST_CASE("write_points: the old file stays when writing fails, and no temporary
   write_points(folder / "b.xyz", PointFormat::xyz, {}, {});
   REQUIRE(read_file(folder / "b.xyz") == "# frame file\n");
 }
+
+TEST_CASE("is_written_points: what write_points wrote, and nothing else") {
+  const ScratchFolder folder;
+  const auto is = [&](const std::string& bytes) {
+    write_file(folder / "a", bytes);
+    return is_written_points(folder / "a");
+  };
+  ItemReport far = placed();  // the longest numbers that there are
+  far.loc = {-1.2345678901234567e-300, -1.2345678901234567e-300, -1.2345678901234567e-300};
+  for (const ItemReport& report : {placed(), far})
+    for (const PointFrame frame : {PointFrame::file, PointFrame::stored})
+      for (const PointFormat format : {PointFormat::ply, PointFormat::off}) {
+        write_points(folder / "p", format, three_samples(), report, frame);
+        const std::string bytes = read_file(folder / "p");
+        CHECK(is(bytes));
+        CHECK_FALSE(is(bytes.substr(1)));
+        CHECK_FALSE(is(bytes.substr(0, 30)));
+        if (format == PointFormat::off) CHECK_FALSE(is(bytes.substr(0, bytes.size() - 8)));
+      }
+  for (const char* other : {"", "ply\nformat binary_little_endian 1.0\nelement vertex 1\n",
+                            "ply\nformat binary_little_endian 1.0\ncomment frame filed\n", "OFF\n",
+                            "OFF\n1 0 0\n0 0 0\n", "OFF\n1 0 0\n0 0 0\n# frame filed\n",
+                            "OFF\n1 1 0\n0 0 0\n# frame file\n", "OFF\n1 0 0\n0 0 0\n# frame file"})
+    CHECK_FALSE(is(other));
+  CHECK_FALSE(is_written_points(folder / "none"));
+  CHECK_FALSE(is_written_points(folder.path()));
+}

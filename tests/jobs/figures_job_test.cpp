@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "support/catch.h"
+#include "support/chromium.h"
 #include "support/meander_program.h"
 #include "support/mesh_files.h"
 #include "support/run_process.h"
@@ -75,6 +76,25 @@ TEST_CASE("figures: selected quick figures are drawn with their data and shown o
     CHECK(page.find(name) != std::string::npos);
     CHECK(read_file(scratch / (std::string("out/") + name)).size() > 100);
   }
+
+  // Entries of the list of contents stand apart, each as a whole in one column.
+  MEANDER_NEEDS_CHROMIUM();
+  write_file(scratch / "out/index.html", page + R"(<script>
+    const boxes = [...document.querySelectorAll('nav li')].map((entry) => [...entry.getClientRects()]);
+    const apart = (a, b) => a.right <= b.left || b.right <= a.left || a.bottom <= b.top || b.bottom <= a.top;
+    const inside = (a, b) => a.left >= b.left && a.right <= b.right && a.top >= b.top - 4 && a.bottom <= b.bottom + 4;
+    let wrong = boxes.filter((parts) => parts.length !== 1).length;
+    boxes.forEach((a, i) => boxes.slice(0, i).forEach((b) => wrong += !apart(a[0], b[0])));
+    document.querySelectorAll('nav a').forEach((link, i) => {
+      for (const line of link.getClientRects()) wrong += !inside(line, boxes[i][0]);
+    });
+    document.title = `${boxes.length} entries, ${wrong} wrong`;
+  </script>)");
+  for (const char* size : {"1280,900", "700,900", "400,900"})
+    CHECK(contains(open_page("file://" + (scratch / "out/index.html").string(), "--dump-dom", size,
+                             (scratch / "profile").string())
+                       .out,
+                   "<title>7 entries, 0 wrong</title>"));
 }
 
 TEST_CASE("figures: meshes of samples are shown next to simplified ones with as many vertices") {

@@ -161,12 +161,62 @@ TEST_CASE(
   place.refuses({"export", store, "-o", place.path("meshes"), "--format", "off", "--fresh"},
                 "is an OFF mesh");
   place.refuses({"export", store, "-o", place.path("notes.txt")}, "is not a folder");
-  // Among meshes the points would be inputs of the next run.
-  place.refuses({"export", store, "-o", place.path("meshes")}, "holds meshes (`torus.off`)");
-  place.refuses({"export", store, "-o", place.path("meshes"), "--fresh"}, "holds meshes (`torus.off`)");
   place.refuses({"export", store, "-o", place.path("notes.txt/below")}, "is not a folder");
   // One item named twice is one file.
   place.does({"export", store, "torus", "1", "-o", place.path("one")});
+}
+
+TEST_CASE("outputs: a name with the ending of a format is the file of one item") {
+  const Place place;
+  const std::string store = place.path("s.h5");
+  for (const std::string format : {"ply", "off", "xyz", "npz"}) {
+    const std::string file = place.path("one." + format), folder = place.path("as-" + format);
+    place.does({"export", store, "torus", "-o", file});
+    place.does({"export", store, "torus", "-o", folder, "--format", format});
+    CHECK(read_file(file) == read_file(folder + "/torus." + format));
+    place.refuses({"export", store, "torus", "-o", file}, "exists (--fresh replaces it)");
+    place.does({"export", store, "eight", "-o", file, "--format", format, "--fresh"});
+    CHECK(read_file(file) != read_file(folder + "/torus." + format));
+    place.refuses({"export", store, "-o", place.path("all." + format)},
+                  "is one file, but 2 items of the store have points: name the item, or give a folder");
+  }
+  place.refuses({"export", store, "0", "1", "-o", place.path("all.ply")}, "but 2 items are named");
+  place.refuses({"export", store, "torus", "-o", place.path("c.PLY"), "--format", "npz"},
+                "ends in .ply, but --format npz was asked for: give a name in .npz, or a folder");
+  place.refuses({"export", store, "-o", place.path("c.npz"), "--format", "webdataset"}, "give a folder");
+  place.refuses({"export", store, "torus", "-o", place.path("m.off"), "--fresh"}, "is an OFF mesh");
+  place.refuses({"export", store, "-o", place.path("c.csv")}, "name them with --descriptors");
+  place.does({"export", store, "-o", place.path("c.csv"), "--descriptors", "d2"});
+  CHECK(kind_of_file(place.path("c.csv")) == FileKind::csv);
+  // A folder of that name, and one that a slash ends, take all items.
+  fs::create_directory(place.path("there.ply"));
+  place.does({"export", store, "-o", place.path("there.ply")});
+  place.does({"export", store, "-o", place.path("new.ply/")});
+  for (const char* folder : {"there.ply/eight.ply", "new.ply/torus.ply"})
+    CHECK(kind_of_file(place.path(folder)) == FileKind::ply_points);
+}
+
+TEST_CASE("outputs: points exported among meshes are no inputs of the next run, unless they are named") {
+  const Place place;
+  fs::create_directory(place.path("meshes"));
+  write_file(place.path("meshes/a.off"), mesh_bytes(torus(12, 8), MeshFile::off));
+  write_file(place.path("meshes/b.ply"), mesh_bytes(cube(), MeshFile::ply_ascii));
+  const std::string meshes = place.path("meshes"), store = place.path("r.h5");
+  place.does({"run", meshes, "-o", store, "-n", "64"});
+  const std::string bytes = read_file(store);
+  place.does({"export", store, "a.off", "-o", place.path("meshes/a.ply")});
+  place.does({"export", store, "b.ply", "-o", place.path("meshes/b.off"), "--frame", "stored"});
+  place.does({"export", store, "-o", place.path("meshes/points")});
+  const ProcessResult again = meander_with({"run", meshes, "-o", store, "-n", "64"});
+  INFO(again.out << again.err);
+  CHECK(again.exit_code == 0);
+  CHECK(contains(again.out, "point files of `meander export` skipped: 4"));
+  CHECK(read_file(store) == bytes);
+  CHECK(
+      contains(meander_with({"run", meshes, "-o", store, "-n", "64", "--json"}).out, "\"written_points\":4"));
+  const ProcessResult named =
+      meander_with({"run", place.path("meshes/a.ply"), "-o", place.path("n.h5"), "-n", "64"});
+  CHECK(named.exit_code == 3);
 }
 
 TEST_CASE("outputs: a stopped export resumes and keeps its files") {

@@ -1,17 +1,17 @@
 // meander export --html: what is on the page, that it is nothing but text of the store, and, where Chromium
 // is installed, that it is drawn.
-#include <unistd.h>
-
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <filesystem>
 
+#include "io/image/color_image.h"
 #include "io/image/png_reader.h"
 #include "io/json/json_reader.h"
 #include "io/page/model_page.h"
 #include "io/store/store_reader.h"
 #include "support/catch.h"
+#include "support/chromium.h"
+#include "support/colored_square.h"
 #include "support/meander_program.h"
 #include "support/mesh_files.h"
 #include "support/test_meshes.h"
@@ -139,36 +139,10 @@ struct Collection {
   ScratchFolder scratch;
 };
 
-// ---- Chromium
-// -----------------------------------------------------------------------------------------------
-
-// Empty where it is not installed.
-std::string chromium() {
-  const char* folders = std::getenv("PATH");
-  std::string rest = folders ? folders : "";
-  while (!rest.empty()) {
-    const std::string folder = rest.substr(0, rest.find(':'));
-    rest.erase(0, std::min(rest.size(), folder.size() + 1));
-    for (const char* name : {"/chromium", "/chromium-browser", "/google-chrome"})
-      if (::access((folder + name).c_str(), X_OK) == 0) return folder + name;
-  }
-  return {};
-}
-
-#define MEANDER_NEEDS_CHROMIUM()                        \
-  if (chromium().empty()) {                             \
-    WARN("skipped: no Chromium (.ci/install browser)"); \
-    return;                                             \
-  }
-
-// Opens the page without network and drawn in software; nothing may be said on its console.
+// Opens the page; nothing may be said on its console.
 std::string visit(const Collection& c, const std::string& fragment, const std::string& what) {
-  const ProcessResult result = run_process(
-      {chromium(), "--headless=new", "--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
-       "--hide-scrollbars", "--no-first-run", "--disable-extensions", "--force-device-scale-factor=1",
-       "--user-data-dir=" + c.path("profile"), "--window-size=900,700", "--virtual-time-budget=5000",
-       "--host-resolver-rules=MAP * ~NOTFOUND", "--enable-logging=stderr", what,
-       "file://" + c.path("page.html") + "#" + fragment});
+  const ProcessResult result =
+      open_page("file://" + c.path("page.html") + "#" + fragment, what, "900,700", c.path("profile"));
   CHECK(result.exit_code == 0);
   INFO(result.err);
   CHECK_FALSE(contains(result.err, "CONSOLE"));
@@ -235,6 +209,133 @@ TEST_CASE("page: the blocks hold the first points of every model as stored") {
   // The two tori are nearer to each other than to the ball: positions 0 ball, 1 and 2 tori.
   CHECK(page.fact("near").substr(0, 4) == "[[[1" + std::string());
   CHECK(contains(page.fact("near"), "],[2,"));
+}
+
+namespace {
+
+// A store of the colored square, whose library of materials is missing, and of a torus that has no colors.
+struct ColoredCollection : Collection {
+  ColoredCollection() {
+    fs::remove_all(scratch / "in");
+    fs::create_directories(scratch / "in");
+    write_file(scratch / "in/square.ply", colored_square());
+    write_mesh(scratch / "in/torus.off", torus(24, 12));
+    write_file(scratch / "in/box.obj", "mtllib none.mtl\nusemtl a\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    REQUIRE(meander_with({"run", path("in"), "-o", path("s.h5"), "-n", "150", "--fresh", "--colors",
+                          "--texcoord", "--attribute", "heat,kind"})
+                .exit_code == 0);
+    page();
+  }
+};
+
+}  // namespace
+
+TEST_CASE(
+    "page: what samples are colored by stands behind their points, notes and sources of colors in the "
+    "facts") {
+  const ColoredCollection c;
+  const Page page(c.path("page.html"));
+  const std::string& colorings = page.fact("colorings");
+  for (const char* coloring :
+       {R"({"word":"rgb","title":"colors of the model","kind":"colors","bytes":3})",
+        R"({"word":"texcoord","title":"texture coordinates","kind":"colors","bytes":3})",
+        R"({"word":"heat","title":"heat","kind":"number","bytes":1})",
+        R"({"word":"kind","title":"kind","kind":"classes","bytes":2})"})
+    CHECK(contains(colorings, coloring));
+  const StoreReader store(c.path("s.h5"));
+  constexpr std::size_t n = 150;
+  for (std::size_t model = 0; model < 3; ++model) {
+    const Samples samples = store.read_row(model).samples;
+    const std::vector<std::uint8_t> block = page.block(model);
+    REQUIRE(block.size() == n * (packed_point_bytes + 3 + 3 + 1 + 2));
+    const std::uint8_t* at = block.data() + n * packed_point_bytes;
+    CHECK(std::equal(samples.rgb.begin(), samples.rgb.end(), at));
+    const std::uint8_t* const heat = at + 6 * n;
+    std::array<float, 2> range = {1, -1};
+    for (const float value : samples.attributes[0])
+      range = {std::min(range[0], value), std::max(range[1], value)};
+    for (std::size_t i = 0; i < n; ++i) {
+      const float u = samples.texcoord[2 * i], value = samples.attributes[0][i];
+      const std::uint8_t* const color = at + 3 * n + 3 * i;
+      if (model == 1) {
+        CHECK(std::abs(color[0] - 255 * u) <= 0.501f);
+        CHECK(std::abs(heat[i] - 254 * (value - range[0]) / (range[1] - range[0])) <= 0.501f);
+      } else {
+        CHECK(color[0] == 150);  // gray
+        CHECK(heat[i] == 255);  // none
+      }
+      CHECK(
+          heat[n + 2 * i] + 256 * heat[n + 2 * i + 1] ==
+          (model == 1
+               ? (samples.points[3 * i] * store.report(model).scale + store.report(model).loc[0] < 0 ? 3 : 7)
+               : 65535));
+    }
+  }
+  const std::string& models = page.fact("models");
+  CHECK(contains(models, R"("color_source":"vertex","color_fills":0)"));
+  CHECK(contains(models, R"("color_source":"none","color_fills":150)"));
+  CHECK(contains(models, R"("notes":"library_missing 1: )"));
+  CHECK(contains(models, R"([[3,"3"],[7,"7"]])"));
+  CHECK(contains(models, "\"paint\":[[],[],[],[]]"));
+
+  MEANDER_NEEDS_CHROMIUM();
+  const std::string square = visit(c, "model=square.ply&colour=kind", "--dump-dom");
+  CHECK(contains(square, "of its vertices"));
+  CHECK(contains(square, "rgb(204, 121, 167)"));  // class 3
+  CHECK(contains(square, "rgb(51, 34, 136)"));    // class 7
+  const std::string box = visit(c, "model=box.obj&color=heat", "--dump-dom");
+  CHECK(contains(box, "library missing 1: "));
+  CHECK(contains(box, "none in the file; gray at 150 of 150 points"));
+  CHECK(contains(box, "heat: no value"));
+  for (const char* word : {"rgb", "texcoord", "heat", "kind"})
+    CHECK(contains(box, "<option value=\"" + std::string(word) + "\">"));
+}
+
+TEST_CASE("page: Chromium draws samples in their colors, small enough to be told apart") {
+  MEANDER_NEEDS_CHROMIUM();
+  const ColoredCollection c;
+  const auto picture = [&](const std::string& fragment) {
+    visit(c, "model=square.ply&theme=light&yaw=0&pitch=0&" + fragment, "--screenshot=" + c.path("view.png"));
+    const std::string bytes = read_file(c.path("view.png"));
+    return decode_color_image(std::as_bytes(std::span(bytes)));
+  };
+  // Pixels of the square's halves, which lie on both sides of the middle of the large view.
+  const auto count_of_pixels = [](const ColorImage& image, std::size_t strong, std::size_t weak) {
+    std::size_t count = 0;
+    for (std::size_t p = 0; p + 2 < image.rgb.size(); p += 3)
+      count += image.rgb[p + strong] > image.rgb[p + weak] + 90;
+    return count;
+  };
+  const ColorImage rgb = picture("color=rgb");
+  CHECK(count_of_pixels(rgb, 0, 2) > 500);
+  CHECK(count_of_pixels(rgb, 2, 0) > 500);
+  const ColorImage surface = picture("color=rgb&style=surface");
+  CHECK(count_of_pixels(surface, 0, 2) > 3 * count_of_pixels(rgb, 0, 2));
+
+  // Red discs that do not touch each other: most of the 150.
+  const ColorImage plain = picture("color=plain");
+  const auto is_disc = [&](std::size_t pixel) {
+    return plain.rgb[3 * pixel] > plain.rgb[3 * pixel + 2] + 60;
+  };
+  std::vector<bool> seen(plain.rgb.size() / 3);
+  std::size_t discs = 0;
+  for (std::size_t first = 0; first < seen.size(); ++first) {
+    if (seen[first] || !is_disc(first)) continue;
+    ++discs;
+    std::vector<std::size_t> open = {first};
+    seen[first] = true;
+    while (!open.empty()) {
+      const std::size_t pixel = open.back();
+      open.pop_back();
+      for (const std::size_t next : {pixel - 1, pixel + 1, pixel - plain.width, pixel + plain.width})
+        if (next < seen.size() && !seen[next] && is_disc(next)) {
+          seen[next] = true;
+          open.push_back(next);
+        }
+    }
+  }
+  CHECK(discs > 120);
+  CHECK(discs <= 150);
 }
 
 TEST_CASE("page: in curve order points are spread along the curve") {

@@ -1,13 +1,18 @@
 // meander render: sheets of sampled models, with and without their meshes.
+#include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstddef>
 #include <filesystem>
 #include <span>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
 #include "io/image/color_image.h"
 #include "support/catch.h"
+#include "support/colored_square.h"
 #include "support/meander_program.h"
 #include "support/mesh_files.h"
 #include "support/run_process.h"
@@ -69,6 +74,114 @@ TEST_CASE("render sheet: surfaces, failed items and a summary, the same for one 
   CHECK(alone.exit_code == 0);
   CHECK(contains(alone.err, "a store holds no surfaces: give the INPUT of its run"));
   CHECK(bytes != read_file(place.path("3.png")));
+}
+
+namespace {
+
+// The mean color of what is drawn in a part of the first cell, of 200 pixels: columns [begin, end) of its
+// width, from 0 to 1.
+std::array<double, 3> mean_color(const ColorImage& picture, double begin, double end) {
+  std::array<double, 3> sum{};
+  double count = 0;
+  const auto at = [&](double share) { return 18 + static_cast<std::size_t>(share * 200); };
+  for (std::size_t y = 60; y < 180; ++y)
+    for (std::size_t x = at(begin); x < at(end); ++x) {
+      const std::uint8_t* const pixel = &picture.rgb[3 * (y * picture.width + x)];
+      if (*std::min_element(pixel, pixel + 3) > 185) continue;
+      for (std::size_t k = 0; k < 3; ++k) sum[k] += pixel[k] / 255.0;
+      ++count;
+    }
+  REQUIRE(count > 100);
+  for (double& value : sum) value /= count;
+  return sum;
+}
+
+}  // namespace
+
+TEST_CASE("render: samples are colored by what the store has, and by nothing else") {
+  const ScratchFolder scratch;
+  fs::create_directory(scratch / "in");
+  write_file(scratch / "in/square.ply", colored_square());
+  write_mesh(scratch / "in/plain.off", icosphere(2));
+  const std::string store = scratch / "s.h5";
+  REQUIRE(run_process({program, "run", scratch / "in", "-o", store, "-n", "600", "--colors", "--texcoord",
+                       "--attribute", "heat,kind", "--density", "mean"})
+              .exit_code == 0);
+  const auto render = [&](const std::string& style, const std::string& color, const std::string& item) {
+    const std::string file = scratch / "p.png";
+    const ProcessResult result =
+        run_process({program, "render", style, store, "-o", file, "--size", "200", "--view", "0,0,1",
+                     "--color", color, "--item", item, "--memory", "1G"});
+    INFO(result.err);
+    REQUIRE(result.exit_code == 0);
+    const std::string bytes = read_file(file);
+    return decode_color_image(std::as_bytes(std::span(bytes)));
+  };
+  for (const char* style : {"splats", "points", "sheet"}) {
+    INFO(style);
+    const auto halves = [&](const std::string& color) {
+      const ColorImage picture = render(style, color, "square.ply");
+      return std::pair(mean_color(picture, 0.1, 0.45), mean_color(picture, 0.55, 0.9));
+    };
+    auto [left, right] = halves("rgb");
+    CHECK(left[0] > left[2] + 0.2);
+    CHECK(right[2] > right[0] + 0.2);
+    std::tie(left, right) = halves("texture");  // u is red
+    CHECK(right[0] > left[0] + 0.15);
+    CHECK(std::abs(right[1] - left[1]) < 0.15);
+    std::tie(left, right) = halves("heat");  // from violet to yellow
+    CHECK(left[2] > left[1] + 0.05);
+    CHECK(right[1] > right[2] + 0.05);
+    CHECK(right[1] > left[1] + 0.15);
+    std::tie(left, right) = halves("kind");  // 3 is pink, 7 indigo
+    CHECK(left[0] > left[1] + 0.1);
+    CHECK(right[2] > right[0] + 0.1);
+    CHECK(left[0] > right[0] + 0.2);
+    // A model that lacks the attribute is gray.
+    for (const char* color : {"heat", "attribute:kind"}) {
+      const auto [red, green, blue] = mean_color(render(style, color, "plain.off"), 0.3, 0.7);
+      CHECK(std::abs(red - green) < 0.02);
+      CHECK(std::abs(green - blue) < 0.02);
+    }
+  }
+  // Numbers have a bar with their range below the picture, classes a line of keys.
+  const auto height = [&](const std::string& color) { return render("points", color, "square.ply").height; };
+  CHECK(height("heat") > height("kind"));
+  CHECK(height("kind") > height("plain"));
+  for (const char* color : {"curve_rank", "face_index", "normals", "density"})
+    CHECK(height(color) > height("plain"));
+
+  // Frames of a turning model have no legend; the command prints it.
+  const auto frame = [&](const std::string& color) {
+    const ProcessResult result =
+        run_process({program, "render", "turntable", store, "--item", "square.ply", "-o", scratch / "turn",
+                     "--frames", "1", "--color", color, "--from", "0", "--elevation", "0"});
+    INFO(result.err);
+    REQUIRE(result.exit_code == 0);
+    return std::pair(result.out, read_file(scratch / "turn/frame-0000.png"));
+  };
+  CHECK(contains(frame("heat").first, " (violet) to 0.9"));
+  CHECK(frame("rgb").second != frame("plain").second);
+
+  const auto refusal = [&](const std::string& name, const std::string& color) {
+    const ProcessResult result =
+        run_process({program, "render", "points", name, "-o", scratch / "q.png", "--color", color});
+    CHECK(result.exit_code == 2);
+    return result.err;
+  };
+  const std::string unknown = refusal(store, "heatt");
+  CHECK(contains(unknown, "--color: no color for `heatt`: the store has neither a column nor an attribute"));
+  CHECK(contains(unknown, "did you mean `heat`?"));
+  CHECK(contains(unknown, "; there are plain, normal, face_index, rank, density, rgb, texcoord, heat, kind"));
+  CHECK(contains(refusal(store, "class"), "the models of the store have no classes"));
+  CHECK(contains(refusal(store, "uv"), "the store has none: its models are meshes"));
+  CHECK(contains(refusal(store, "barycentric"), "it says where samples are"));
+  const std::string bare = scratch / "bare.h5";
+  REQUIRE(run_process(
+              {program, "run", scratch / "in", "-o", bare, "-n", "64", "--store", "points,normals,density"})
+              .exit_code == 0);
+  CHECK(contains(refusal(bare, "rgb"), "the store has none: it was made without --colors"));
+  CHECK(contains(refusal(bare, "rank"), "the store was made with a --store that leaves it out"));
 }
 
 TEST_CASE("render sheet: every color, prefix, axis and size changes the picture") {

@@ -20,7 +20,9 @@ STYLE = """
 :root{color-scheme:light dark}body{font:16px/1.5 system-ui,sans-serif;margin:2rem auto;max-width:70rem;padding:0 1rem}
 h2{margin-top:3rem}figure{margin:1rem 0}img{max-width:100%;background:#fff}figcaption{font-size:.9em;opacity:.8}
 table{border-collapse:collapse;font-size:.85em;display:block;overflow-x:auto}td,th{padding:.2em .7em;text-align:right}
-td:first-child,th:first-child{text-align:left}tr:nth-child(even){background:#8881}nav{columns:12rem}
+td:first-child,th:first-child{text-align:left}tr:nth-child(even){background:#8881}
+nav ul{columns:19rem;column-gap:2.5rem;list-style:none;margin:1.5rem 0;padding:0}
+nav li{break-inside:avoid;line-height:1.3;padding:.25em 0 .25em 1em;text-indent:-1em}
 """
 
 
@@ -86,7 +88,7 @@ class FigureSet:
     def begin(self, name, caption):
         """A section of the page: the caption of the figure, and what the survey says of it."""
         anchor = urllib.parse.quote("figure-" + name)
-        self._contents.append('<a href="#%s">%s</a>' % (anchor, html.escape(caption.title)))
+        self._contents.append('<li><a href="#%s">%s</a></li>' % (anchor, html.escape(caption.title)))
         self._parts.append('<h2 id="%s">%s</h2>' % (anchor, html.escape(caption.title)))
         self._claim, self._measured = caption.claim, False
 
@@ -190,6 +192,6 @@ class FigureSet:
                    "content=\"width=device-width\"><title>The survey, figure by figure</title><style>%s</style></head><body>"
                    "<h1>The survey, figure by figure</h1><p>Figures of the survey \"Fast Low-discrepancy Sampling of "
                    "Parametric Surfaces and Meshes\", made again from its description, under its numbers. The data behind "
-                   "each picture is in the CSV files.</p><nav>%s</nav>%s<hr><p>%s</p></body></html>\n"
-                   % (STYLE, "<br>".join(self._contents), "\n".join(self._parts), html.escape(footer)))
+                   "each picture is in the CSV files.</p><nav><ul>%s</ul></nav>%s<hr><p>%s</p></body></html>\n"
+                   % (STYLE, "".join(self._contents), "\n".join(self._parts), html.escape(footer)))
         return page
