@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "io/json_writer.h"
 #include "io/plot/png_writer.h"
 #include "jobs/cli/command_line.h"
 #include "jobs/cli/exit_status.h"
@@ -39,6 +40,7 @@ struct RenderOptions {
   SheetLook sheet;
   ModelLook look;
   StoreCheck check = StoreCheck::every_byte;
+  bool json = false;
 };
 
 ModelLook look_of(const RenderOptions& options) {
@@ -123,11 +125,23 @@ int render_sheet(const RenderOptions& options) {
     failed += cell.picture.width == 0;
     alone += cell.note.starts_with("points only") || cell.note.starts_with("white space unknown");
   }
-  fmt::print("{}: {} models", options.output, cells.size());
-  if (alone > 0) fmt::print(", {} without a surface", alone);
-  if (failed > 0) fmt::print(", {} without points", failed);
-  fmt::print("\n");
-  if (look.style == SampleStyle::splats && look.surfaces)
+  if (options.json) {
+    fmt::print("{}\n", json_object([&](JsonWriter& json) {
+                 json.member("picture", options.output);
+                 json.member("without_surface", std::uint64_t{alone});
+                 json.member("without_points", std::uint64_t{failed});
+                 json.list("models", cells, [&](const SheetCell& cell) {
+                   json.member("title", cell.title);
+                   json.member("note", words_of(cell));
+                 });
+               }));
+  } else {
+    fmt::print("{}: {} models", options.output, cells.size());
+    if (alone > 0) fmt::print(", {} without a surface", alone);
+    if (failed > 0) fmt::print(", {} without points", failed);
+    fmt::print("\n");
+  }
+  if (!options.json && look.style == SampleStyle::splats && look.surfaces)
     for (const SheetCell& cell : cells) fmt::print("{}: {}\n", cell.title, words_of(cell));
   if (options.inputs.empty() && look.style == SampleStyle::surface)
     fmt::print(stderr,
@@ -140,13 +154,28 @@ struct StyleWords {
   const char* name;
   const char* help;
   const char* input;  // the help of INPUT
+  CommandExample examples[2];
 };
-constexpr StyleWords styles[] = {
-    {SampleStyle::surface, "sheet", "Draw a PNG sheet of sampled models, their samples on the surfaces",
-     "Inputs of its run, for the meshes (default: samples are drawn without surfaces)"},
-    {SampleStyle::splats, "splats", "Draw sampled models by their samples alone, as splats (PNG)",
-     "Inputs of its run, to measure the white space between the splats on its meshes"},
-    {SampleStyle::points, "points", "Draw sampled models by their samples alone, as points (PNG)", nullptr}};
+const StyleWords styles[] = {
+    {SampleStyle::surface,
+     "sheet",
+     "Draw a PNG sheet of sampled models, their samples on the surfaces",
+     "Inputs of its run, for the meshes (default: samples are drawn without surfaces)",
+     {{"meander render sheet store.h5 models/ -o sheet.png", "24 models of a store on their meshes"},
+      {"meander render sheet store.h5 models/ -o chair.png --item chair/m12.off --size 600", "One of them"}}},
+    {SampleStyle::splats,
+     "splats",
+     "Draw sampled models by their samples alone, as splats (PNG)",
+     "Inputs of its run, to measure the white space between the splats on its meshes",
+     {{"meander render splats store.h5 -o splats.png", "Six models as shaded discs"},
+      {"meander render splats store.h5 -o chair.png --item chair/m12.off --cover 4",
+       "One, with larger discs"}}},
+    {SampleStyle::points,
+     "points",
+     "Draw sampled models by their samples alone, as points (PNG)",
+     nullptr,
+     {{"meander render points store.h5 -o points.png", "Six models"},
+      {"meander render points store.h5 -o prefix.png --points 256", "The first 256 samples of each"}}}};
 
 JobFunction add_pictures(Command& render, const StyleWords& words) {
   Command command = render.add_subcommand(words.name, words.help);
@@ -157,6 +186,7 @@ JobFunction add_pictures(Command& render, const StyleWords& words) {
     options->models = 6;
     options->sheet.cell = 480;
   }
+  for (const CommandExample& example : words.examples) command.example(example.line, example.purpose);
   command.add_option("STORE", options->store, "The store").required();
   if (words.input != nullptr) command.add_option("INPUT", options->inputs, words.input);
   command.add_option("-o,--output", options->output, "The picture, a .png file").required();
@@ -193,6 +223,7 @@ JobFunction add_pictures(Command& render, const StyleWords& words) {
   add_drawing_options(command, options->memory, options->threads);
   if (words.input != nullptr) add_list_options(command, options->collect);
   add_trust_option(command, options->check);
+  command.add_flag("--json", options->json, "What was drawn as JSON on standard output");
   return [options] { return render_sheet(*options); };
 }
 
@@ -200,6 +231,9 @@ JobFunction add_pictures(Command& render, const StyleWords& words) {
 
 JobFunction add_render_job(Command& program) {
   Command command = program.add_subcommand("render", "Draw pictures of sampled models");
+  command.example("meander render sheet store.h5 models/ -o sheet.png",
+                  "24 models of a store on their meshes");
+  command.example("meander render turntable store.h5 -o frames", "The frames of a turning model");
   command.require_subcommand();
   std::vector<std::pair<std::string, JobFunction>> jobs;
   for (const StyleWords& words : styles) jobs.emplace_back(words.name, add_pictures(command, words));

@@ -23,6 +23,7 @@
 #include "io/json_writer.h"
 #include "io/mesh/mesh_writer.h"
 #include "io/parameters_text.h"
+#include "jobs/cli/allow_failures.h"
 #include "jobs/cli/exit_status.h"
 #include "jobs/cli/jobs.h"
 #include "jobs/cli/output_guard.h"
@@ -290,11 +291,13 @@ class RemeshJob {
       std::optional<EmbreeDevice> device;
       if (casts_rays(run_.sample)) device.emplace();
       const GraphParameters parameters = graph_parameters(run_);
-      const std::uint64_t bytes = reserve_memory(
+      const ItemEstimate estimate = estimate_items(
           items, run_.sample, run_.threads, run_.model_bytes, [this](const MeshEstimate& mesh) {
             return remesh_bytes(mesh, run_.sample.samples, options_.mesh.fit, carried_);
           });
-      Progress progress(progress_style(run_.progress), items.size(), bytes, header_.samples);
+      warn_of_unopened(estimate, items.size());
+      Progress progress(progress_style(run_.progress), items.size(), total_work(items), run_.threads,
+                        header_.samples);
       if (items.size() < inputs_.items.size())
         progress.note(fmt::format("continuing: {} of {} models are done already",
                                   inputs_.items.size() - items.size(), inputs_.items.size()));
@@ -462,11 +465,11 @@ class RemeshJob {
 
 JobFunction add_remesh_job(Command& program, StageHook hook) {
   auto options = std::make_shared<RemeshOptions>();
-  add_remesh_command(program, *options);
-  return [options, hook = std::move(hook)] {
+  const Command command = add_remesh_command(program, *options);
+  return with_failures_option(command.under("Report"), [options, hook = std::move(hook)] {
     resolve_remesh_options(*options);
     return RemeshJob(*options, hook).run();
-  };
+  });
 }
 
 }  // namespace meander

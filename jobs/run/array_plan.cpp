@@ -17,6 +17,7 @@
 #include "io/json/json_reader.h"
 #include "io/json_writer.h"
 #include "io/parameters_text.h"
+#include "jobs/cli/allow_failures.h"
 #include "jobs/cli/command_line.h"
 #include "jobs/cli/output_guard.h"
 #include "jobs/cli/usage_error.h"
@@ -75,15 +76,6 @@ void check_run_outputs(const RunOptions& options, const Inputs& inputs) {
   std::vector<fs::path> read = input_files(options.inputs, inputs.items);
   for (const std::string& labels : options.collect.labels) read.push_back(path_of_labels(labels));
   check_run_outputs(options.store, options.fresh, read);
-}
-
-double estimated_seconds(std::uint64_t bytes, const SampleParameters& parameters) {
-  constexpr double an_item = 1e-3, a_sample = 0.4e-6;
-  // Measured on collections of OFF and OBJ files with some 30 bytes per face.
-  const double a_byte = parameters.method == MethodChoice::anisotropic ? 1e-7
-                        : method_of(parameters).makes_charts           ? 4e-8
-                                                                       : 1.2e-8;
-  return an_item + a_byte * static_cast<double>(bytes) + a_sample * parameters.samples;
 }
 
 std::vector<ArrayShard> cut_into_shards(std::span<const double> costs, std::size_t shards) {
@@ -222,10 +214,17 @@ std::vector<PlanItem> read_shard_items(const fs::path& folder, const StoreHeader
 
 void add_plan_command(Command& program, PlanOptions& options, RunOptionTexts& texts) {
   Command command = program.add_subcommand("plan", "Divide a run among many processes or machines");
+  command.example("meander plan models/ -o store.h5 -n 2048 --shards 64 --emit slurm > job.sh",
+                  "64 shards, and a script for `sbatch`");
+  command.example(
+      "meander plan models/ -o store.h5 -n 2048",
+      "Shards of about five minutes; `meander run store.h5.run --shard 0/N` works on one, and `meander "
+      "merge store.h5.run` joins them");
   add_store_options(command, options.run, texts);
   Command array = command.under("Array");
   array.add_option("--shards", options.shards, "Number of shards, or auto: by --per-shard-minutes")
-      .show_default();
+      .show_default()
+      .common();
   array
       .add_option("--per-shard-minutes", options.minutes_per_shard,
                   "Minutes that auto aims at per shard, on the threads of -j (default 1), 0.01 to 10000")
@@ -239,11 +238,13 @@ void add_plan_command(Command& program, PlanOptions& options, RunOptionTexts& te
   array
       .add_option("--emit", options.emit,
                   "Print a script that runs the array with this program, by its absolute path")
+      .common()
       .one_of(script_schedulers());
   Command running = command.under("Running");
   add_limit_options(running, options.run);
   add_older_store_options(running, options.run);
   add_progress_options(command.under("Report"), options.run);
+  add_failures_option(command.under("Report"), options.allow_failures);
 }
 
 RunOptions planned_options(const RunArray& array, const StoreHeader& header, const Laboratory* laboratory) {

@@ -24,15 +24,12 @@ struct PlanOptions {
   std::string shards = "auto";  // a number, or auto: as many as minutes_per_shard makes
   double minutes_per_shard = 5;
   std::uint64_t max_tasks = 1001;  // of an array; Slurm's default of MaxArraySize
+  bool allow_failures = false;     // folders that cannot be read
   std::string emit;                // the scheduler to print a script for; empty: none
 };
 
 // Adds the subcommand with its options.
 void add_plan_command(Command& program, PlanOptions& options, RunOptionTexts& texts);
-
-// The estimated processor seconds of an item whose file has this size; correct within a factor of two or so,
-// which is enough to divide work.
-double estimated_seconds(std::uint64_t bytes, const SampleParameters& parameters);
 
 // Divides rows of these costs into `shards` contiguous ranges of about equal cost, numbered by falling cost:
 // an array of tasks works on them in the order of their numbers, and would wait for large ones at its end.

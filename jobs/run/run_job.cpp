@@ -9,6 +9,7 @@
 
 #include "io/store/run_plan.h"
 #include "io/store/schema.h"
+#include "jobs/cli/allow_failures.h"
 #include "jobs/cli/command_line.h"
 #include "jobs/cli/exit_status.h"
 #include "jobs/cli/jobs.h"
@@ -135,18 +136,17 @@ class RunJob {
   }
 
   int print_plan(const std::optional<RunPlan>& unfinished) {
-    std::uint64_t bytes = reserve_memory(inputs_.items, options_.sample, options_.threads, 0), largest = 0,
-                  over = 0;
+    const ItemEstimate estimate = estimate_items(inputs_.items, options_.sample, options_.threads, 0);
+    warn_of_unopened(estimate, inputs_.items.size());
+    std::uint64_t largest = 0, over = 0;
     for (const PlanItem& item : inputs_.items) {
       largest = std::max(largest, item.reserved_bytes);
       over += item.reserved_bytes > options_.model_bytes;
-      fmt::print("{}\t{}\t{} MiB\n", item.id, item.known_format ? "" : "unsupported_format",
-                 (item.reserved_bytes + (1 << 20) - 1) >> 20);
     }
     const double points = static_cast<double>(inputs_.items.size()) * header_.samples;
     fmt::print(
         "{} models, {:.1f} MB of input, {} points each, about {:.1f} MB of points and their attributes\n",
-        inputs_.items.size(), static_cast<double>(bytes) * 1e-6, header_.samples,
+        inputs_.items.size(), static_cast<double>(estimate.bytes) * 1e-6, header_.samples,
         points * 1e-6 * static_cast<double>(store::sample_bytes(header_.columns)));
     fmt::print(
         "largest model needs about {} MiB of the {} MiB that --memory leaves for models; {} would be "
@@ -154,6 +154,9 @@ class RunJob {
         largest >> 20, options_.model_bytes >> 20, over);
     print_update(unfinished);
     print_notes(inputs_.notes);
+    for (const PlanItem& item : inputs_.items)
+      fmt::print("{}\t{}\t{} MiB\n", item.id, item.known_format ? "" : "unsupported_format",
+                 (item.reserved_bytes + (1 << 20) - 1) >> 20);
     return exit_done;
   }
 
@@ -347,7 +350,7 @@ JobFunction add_run_job(Command& program, const Laboratory* laboratory, StageHoo
   auto texts = std::make_shared<RunOptionTexts>();
   auto shard = std::make_shared<ShardOptions>();
   const Command command = add_run_command(program, *options, *texts, *shard);
-  return [options, texts, shard, command, laboratory, hook = std::move(hook)] {
+  const auto sample = [options, texts, shard, command, laboratory, hook = std::move(hook)] {
     if (options->store.empty() && options->inputs.size() == 1 &&
         !store_of_array(options->inputs.front()).empty())
       return run_shards(*options, *shard, command, laboratory, hook);
@@ -363,6 +366,7 @@ JobFunction add_run_job(Command& program, const Laboratory* laboratory, StageHoo
     };
     return RunJob(*options, laboratory, whole).run();
   };
+  return with_failures_option(command.under("Report"), sample);
 }
 
 }  // namespace meander

@@ -205,6 +205,8 @@ void refuse_other_options(const Command& command, const std::string& run_folder)
   constexpr std::array<std::string_view, 11> allowed = {
       "INPUT",     "--shard",  "--task",     "--shard-offset", "--shards-per-task", "--scratch",
       "--threads", "--memory", "--progress", "--json",         "--max-failures"};
+  if (command.given("--allow-failures"))
+    throw UsageError("--allow-failures: a shard ends with 0 although models failed; leave it out");
   for (const std::string& name : command.all_given())
     if (std::find(allowed.begin(), allowed.end(), name) == allowed.end())
       throw UsageError(fmt::format("{} is decided by the plan of `{}`: leave it out", name, run_folder));
@@ -277,9 +279,7 @@ int run_shards(const RunOptions& given, const ShardOptions& which, const Command
   const std::string store = store_of_array(given.inputs.front());
   refuse_other_options(command, given.inputs.front());
   RunOptions budgets = given;
-  std::vector<std::string> problems;
-  resolve_work_options(budgets, problems);
-  if (!problems.empty()) throw UsageError(fmt::format("{}", fmt::join(problems, "\n")));
+  resolve_work_options(budgets);
   ArrayTask task;
   task.store = store;
   task.array = *read_run_array(store);
