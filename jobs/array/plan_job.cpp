@@ -120,8 +120,8 @@ class PlanJob {
                  }));
       return;
     }
-    fmt::print("{}.run: {} models in {} shards, about {:.0f} processor seconds, the largest shard {:.1f}\n",
-               run_.store, array.rows, count, total, array.shards.front().cost);
+    fmt::print("{}.run: {} in {}, about {:.0f} processor seconds, the largest shard {:.1f}\n", run_.store,
+               counted(array.rows, "model"), counted(count, "shard"), total, array.shards.front().cost);
     fmt::print(
         "work on shard i:  meander run {}.run --shard i/{}    or as an array of tasks: --array=0-{}{}\n",
         run_.store, count, tasks - 1, each > 1 ? fmt::format(", {} shards each", each) : "");

@@ -89,6 +89,11 @@ double parse_seconds(const std::string& text) {
   throw UsageError("`" + text + "` has an unknown unit: use ms, s, m or h");
 }
 
+std::string counted(std::uint64_t count, std::string_view one, std::string_view many) {
+  if (count == 1) return fmt::format("1 {}", one);
+  return many.empty() ? fmt::format("{} {}s", count, one) : fmt::format("{} {}", count, many);
+}
+
 std::optional<std::uint64_t> number_in(std::string_view text) {
   std::uint64_t value = 0;
   const char* const end = text.data() + text.size();

@@ -18,6 +18,10 @@ std::uint64_t parse_bytes(const std::string& text);
 // Seconds from "120", "120s", "2m", "1.5h". Throws UsageError.
 double parse_seconds(const std::string& text);
 
+// "1 model", "2 models", "2 meshes": the number and the noun that fits it; `many` is by default `one` and an
+// s.
+std::string counted(std::uint64_t count, std::string_view one, std::string_view many = {});
+
 // The number of a text of decimal digits alone; empty for any other text.
 std::optional<std::uint64_t> number_in(std::string_view text);
 // "3/64": the fourth of 64 shards. Throws UsageError for any other text, and for "64/64".

@@ -13,6 +13,7 @@
 #include "io/store/schema.h"
 #include "jobs/cli/command_line.h"
 #include "jobs/cli/exit_status.h"
+#include "jobs/cli/units.h"
 #include "jobs/rows/descriptor_choice.h"
 #include "jobs/rows/sample_colorings.h"
 #include "kernels/retrieve/nearest_rows.h"
@@ -435,9 +436,10 @@ int export_page(const StoreReader& store, const std::string& store_name, const P
   ModelPageWriter page(options.output);
   for (std::uint64_t i = 0; i < facts.rows().size(); ++i) page.append_model(facts.add_model(i));
   const std::uint64_t bytes = page.finish(facts.finish());
-  fmt::print("{} models x {} points in {}, {:.1f} MB", facts.rows().size(), facts.points(), options.output,
-             static_cast<double>(bytes) / 1e6);
-  if (facts.models_left_out() > 0) fmt::print("; {} models left out (--models)", facts.models_left_out());
+  fmt::print("{} x {} in {}, {:.1f} MB", counted(facts.rows().size(), "model"),
+             counted(facts.points(), "point"), options.output, static_cast<double>(bytes) / 1e6);
+  if (facts.models_left_out() > 0)
+    fmt::print("; {} left out (--models)", counted(facts.models_left_out(), "model"));
   if (facts.failures_left_out() > 0)
     fmt::print("; {} failures not listed (--models)", facts.failures_left_out());
   if (facts.points() < store.samples())

@@ -21,6 +21,7 @@
 #include "jobs/cli/command_line.h"
 #include "jobs/cli/exit_status.h"
 #include "jobs/cli/jobs.h"
+#include "jobs/cli/units.h"
 #include "jobs/cli/usage_error.h"
 #include "jobs/inputs/store_items.h"
 #include "jobs/rows/descriptor_choice.h"
@@ -164,8 +165,9 @@ std::string made_by(const StoreReader& store, const DescriptorSchema& descriptor
 }
 
 void show_counts(const StoreReader& store, const StoreSummary& summary) {
-  fmt::print("{} models x {} points, format {}, method version {}, made by meander {}\n", store.rows(),
-             store.samples(), store.format_version(), store.method_version(), store.tool_version());
+  fmt::print("{} x {}, format {}, method version {}, made by meander {}\n", counted(store.rows(), "model"),
+             counted(store.samples(), "point"), store.format_version(), store.method_version(),
+             store.tool_version());
   fmt::print("parameters {}\n", store.parameters_json());
   print_counts("", status_names, summary.by_status);
   print_counts("method ", method_names, summary.by_method, 1);

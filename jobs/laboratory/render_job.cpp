@@ -136,7 +136,7 @@ int render_sheet(const RenderOptions& options) {
                  });
                }));
   } else {
-    fmt::print("{}: {} models", options.output, cells.size());
+    fmt::print("{}: {}", options.output, counted(cells.size(), "model"));
     if (alone > 0) fmt::print(", {} without a surface", alone);
     if (failed > 0) fmt::print(", {} without points", failed);
     fmt::print("\n");

@@ -28,6 +28,7 @@
 #include "jobs/cli/jobs.h"
 #include "jobs/cli/output_guard.h"
 #include "jobs/cli/progress.h"
+#include "jobs/cli/units.h"
 #include "jobs/cli/usage_error.h"
 #include "jobs/cli/working_process.h"
 #include "jobs/inputs/input_options.h"
@@ -408,7 +409,7 @@ class RemeshJob {
       fmt::print("  {} of an earlier run {} no input any more; their rows and meshes were left\n",
                  counted(vanished_.size(), "item", "items"), vanished_.size() == 1 ? "has" : "have");
     print_notes(inputs_.notes);
-    if (done_now_ > 0) fmt::print("  {} models in {:.2f} s\n", done_now_, seconds_);
+    if (done_now_ > 0) fmt::print("  {} in {:.2f} s\n", counted(done_now_, "model"), seconds_);
   }
 
   void print_json(const std::map<Status, std::uint64_t>& by_status, const RemeshReport& sum,

@@ -12,6 +12,7 @@
 #include "io/json_writer.h"
 #include "io/run_error.h"
 #include "io/table/table.h"
+#include "jobs/cli/units.h"
 
 namespace meander {
 
@@ -91,10 +92,6 @@ void write_record(JsonWriter& json, RemeshRecord record) {
 }
 
 }  // namespace
-
-std::string counted(std::uint64_t count, std::string_view one, std::string_view many) {
-  return fmt::format("{} {}", count, count == 1 ? one : many);
-}
 
 std::string remesh_message(const RemeshReport& report, const std::string& lacks) {
   std::string message;

@@ -39,9 +39,6 @@ struct RemeshTable {
   std::set<std::string> begun;    // ids that a process which died was at work on; in the log alone
 };
 
-// "1 mesh", "2 meshes": the number and the noun that fits it.
-std::string counted(std::uint64_t count, std::string_view one, std::string_view many);
-
 // What a user should know of a mesh: components without a sample, samples at one place, vertices that stayed,
 // triangles that cross, values that it lacks.
 std::string remesh_message(const RemeshReport& report, const std::string& lacks);

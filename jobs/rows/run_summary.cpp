@@ -13,6 +13,7 @@
 #include "io/item_id.h"
 #include "io/json_writer.h"
 #include "jobs/cli/exit_status.h"
+#include "jobs/cli/units.h"
 #include "jobs/inputs/input_options.h"
 #include "jobs/rows/described_rows.h"
 #include "kernels/core/instruction_set.h"
@@ -225,9 +226,7 @@ std::string_view clause_of(std::string_view note_text, Note note) {
 }
 
 void print_tallies(const StoreSummary& summary) {
-  const auto models = [](std::uint64_t count) {
-    return fmt::format("{} model{}", count, count == 1 ? "" : "s");
-  };
+  const auto models = [](std::uint64_t count) { return counted(count, "model"); };
   for (std::size_t r = 0; r < repair_count; ++r)
     if (const StoreSummary::Tally& tally = summary.by_repair[r]; tally.models > 0)
       fmt::print("  repaired: {:<18}{:>12} in {}, as {}\n", repair_names[r], tally.count,
@@ -314,7 +313,8 @@ void print_summary(const RunOutcome& outcome, const RunOptions& options) {
     fmt::print("{}\n", summary_json(outcome, options));
     return;
   }
-  fmt::print("{}: {} models x {} points\n", options.store, summary.rows, options.sample.samples);
+  fmt::print("{}: {} x {}\n", options.store, counted(summary.rows, "model"),
+             counted(options.sample.samples, "point"));
   if (const std::string lacking = lacking_attribute(summary); !lacking.empty()) fmt::print("  {}\n", lacking);
   for (std::size_t s = 0; s < status_names.size(); ++s) {
     if (summary.by_status[s] == 0) continue;
@@ -345,7 +345,7 @@ void print_summary(const RunOutcome& outcome, const RunOptions& options) {
   if (!outcome.vanished.empty()) fmt::print("  {:<20}{:>10}\n", "vanished inputs", outcome.vanished.size());
   print_notes(outcome.inputs);
   if (outcome.done_now > 0)
-    fmt::print("  {} models in {:.2f} s ({:.1f} models/s)\n", outcome.done_now, outcome.seconds,
+    fmt::print("  {} in {:.2f} s ({:.1f} models/s)\n", counted(outcome.done_now, "model"), outcome.seconds,
                static_cast<double>(outcome.done_now) / std::max(outcome.seconds, 1e-9));
   if (options.statistics) print_nodes(outcome.nodes);
 }

@@ -13,6 +13,7 @@
 #include "jobs/cli/command_line.h"
 #include "jobs/cli/exit_status.h"
 #include "jobs/cli/jobs.h"
+#include "jobs/cli/units.h"
 #include "jobs/cli/usage_error.h"
 #include "jobs/inputs/input_options.h"
 #include "jobs/inputs/inputs.h"
@@ -108,8 +109,8 @@ class RunJob {
           !otherwise.empty())
         throw UsageError(
             fmt::format("`{}.run` was begun otherwise: {} (--fresh begins anew)", options_.store, otherwise));
-      fmt::print("an unfinished run of {} models would be continued: finished rows are kept\n",
-                 unfinished->header.ids.size());
+      fmt::print("an unfinished run of {} would be continued: finished rows are kept\n",
+                 counted(unfinished->header.ids.size(), "model"));
       if (!retry_of(*unfinished)) return;  // the run replaces the store, or there is none yet
     }
     if (options_.fresh || !std::filesystem::exists(options_.store)) return;
@@ -144,10 +145,10 @@ class RunJob {
       over += item.reserved_bytes > options_.model_bytes;
     }
     const double points = static_cast<double>(inputs_.items.size()) * header_.samples;
-    fmt::print(
-        "{} models, {:.1f} MB of input, {} points each, about {:.1f} MB of points and their attributes\n",
-        inputs_.items.size(), static_cast<double>(estimate.bytes) * 1e-6, header_.samples,
-        points * 1e-6 * static_cast<double>(store::sample_bytes(header_.columns)));
+    fmt::print("{}, {:.1f} MB of input, {} each, about {:.1f} MB of points and their attributes\n",
+               counted(inputs_.items.size(), "model"), static_cast<double>(estimate.bytes) * 1e-6,
+               counted(header_.samples, "point"),
+               points * 1e-6 * static_cast<double>(store::sample_bytes(header_.columns)));
     fmt::print(
         "largest model needs about {} MiB of the {} MiB that --memory leaves for models; {} would be "
         "too_large\n",

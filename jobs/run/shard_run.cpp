@@ -188,8 +188,9 @@ class ShardRun {
           number_, task_.array.shards.size(), rows(), report.failed, report.seconds, before);
       return;
     }
-    fmt::print("shard {} of {}: {} models, {} failed{}\n", number_, task_.array.shards.size(), rows(),
-               report.failed, before ? ", done before" : fmt::format(", {:.2f} s", report.seconds));
+    fmt::print("shard {} of {}: {}, {} failed{}\n", number_, task_.array.shards.size(),
+               counted(rows(), "model"), report.failed,
+               before ? ", done before" : fmt::format(", {:.2f} s", report.seconds));
   }
 
   ArrayTask& task_;

@@ -262,7 +262,7 @@ TEST_CASE(
         CHECK(std::abs(heat[i] - 254 * (value - range[0]) / (range[1] - range[0])) <= 0.501f);
       } else {
         CHECK(color[0] == 150);  // gray
-        CHECK(heat[i] == 255);  // none
+        CHECK(heat[i] == 255);   // none
       }
       CHECK(
           heat[n + 2 * i] + 256 * heat[n + 2 * i + 1] ==
@@ -355,8 +355,8 @@ TEST_CASE("page: the same bytes again, limits, refusals") {
   CHECK((read_file(c.path("page.html")) == bytes));
   CHECK(bytes.size() < 150000);
   CHECK(contains(c.page({"--models", "2"}).out, "2 models x 400 points"));
-  CHECK(contains(c.page({"--models", "2"}).out, "1 models left out (--models)"));
-  CHECK(contains(c.page({"ring/b.off"}).out, "1 models x 400 points"));
+  CHECK(contains(c.page({"--models", "2"}).out, "1 model left out (--models)"));
+  CHECK(contains(c.page({"ring/b.off"}).out, "1 model x 400 points"));
 
   const auto refused = [&](const std::vector<std::string>& more, const std::string& words) {
     std::vector<std::string> command{"export", c.path("s.h5")};

@@ -15,6 +15,7 @@
 #include "support/fault_program.h"
 #include "support/mesh_files.h"
 #include "support/run_process.h"
+#include "support/scratch_files.h"
 #include "support/test_meshes.h"
 
 using namespace meander;
@@ -585,7 +586,7 @@ TEST_CASE("run: with one thread items end in order of size, and none waits for t
 
 TEST_CASE("documents: list every status and exit code, and only options that exist") {
   std::string page;
-  for (const char* const name : {"REFERENCE", "RUNNING", "DATASETS", "COLUMNS", "CHOOSING"})
+  for (const char* const name : {"REFERENCE", "RUNNING", "DATASETS", "COLUMNS"})
     page += read_file(fmt::format("{}/docs/{}.md", MEANDER_SOURCE_DIR, name));
   for (const std::string_view status : status_names) {
     INFO(status);
@@ -593,8 +594,9 @@ TEST_CASE("documents: list every status and exit code, and only options that exi
   }
   for (const char* code : {"| 0 |", "| 1 |", "| 2 |", "| 3 |", "| 75 |"})
     CHECK(page.find(code) != std::string::npos);
-  const std::string help = run_process({fault_program, "run", "--help-all"}).out +
-                           run_process({fault_program, "export", "--help-all"}).out;
+  const ScratchFolder scratch;
+  REQUIRE(run_process({fault_program, "pages", scratch.path().string()}).exit_code == 0);
+  const std::string help = read_file(scratch / "doc/meander/OPTIONS.md") + " --help --help-all --version";
   for (std::size_t at = 0; (at = page.find("--", at)) != std::string::npos;) {
     std::size_t end = at + 2;
     while (end < page.size() && (std::isalpha(static_cast<unsigned char>(page[end])) || page[end] == '-'))
