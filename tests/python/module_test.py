@@ -54,6 +54,16 @@ def bumpy_sphere(rings=40, columns=64):
     return numpy.array(points), numpy.array(faces)
 
 
+def write_colored_ply(path, vertices, faces, color):
+    """One color for all vertices."""
+    path.write_text("\n".join(
+        ["ply", "format ascii 1.0", "element vertex %d" % len(vertices)] + ["property float " + name for name in "xyz"]
+        + ["property uchar " + name for name in ("red", "green", "blue")]
+        + ["element face %d" % len(faces), "property list uchar int vertex_indices", "end_header"]
+        + ["%r %r %r %d %d %d" % (*map(float, v), *color) for v in vertices]
+        + [" ".join(map(str, [len(f), *f])) for f in faces]) + "\n")
+
+
 def write_off(path, vertices, faces):
     path.write_text("\n".join(["OFF", "%d %d 0" % (len(vertices), len(faces))]
                               + ["%r %r %r" % tuple(float(x) for x in v) for v in vertices]
@@ -465,7 +475,7 @@ class Stores(WithMeshes):
                 s["m9.off"]
             with self.assertRaises(IndexError):
                 s[6]
-            data = s.dataset(samples=32)
+            data = s.dataset(points=32)
         self.assertEqual(len(data), 5)
         first = data[0]
         self.assertEqual((first[0].shape, first[1].shape, first[2]), ((32, 3), (32, 3), -1))
@@ -473,8 +483,8 @@ class Stores(WithMeshes):
             with multiprocessing.get_context(way).Pool(2) as pool:
                 for a, b in zip(pool.map(data.__getitem__, range(5)), map(data.__getitem__, range(5))):
                     self.assertTrue((a[0] == b[0]).all())
-        with self.assertRaises(ValueError):
-            meander.StoreDataset(store, samples=129)
+        with self.assertRaisesRegex(ValueError, "points is 129: 1 to the 128"):
+            meander.StoreDataset(store, points=129)
         index = shutil.copy(store, self.path / "index.h5")
         with h5py.File(index, "r+") as file:  # as an index of packs, one of which is not there
             file["packs/file"] = numpy.array([b"s.pack-00000.h5"])
@@ -509,8 +519,64 @@ class Stores(WithMeshes):
             self.assertTrue(numpy.isnan(row["texcoord"]).all())
             self.assertEqual(s.lacks(0), ["texcoord"])
             self.assertEqual(s.names(0), {})
-            with self.assertRaisesRegex(ValueError, "no normals"):
+            with self.assertRaisesRegex(ValueError, "no column 'normals': it has points, face, rgb, texcoord, attributes/height"):
                 s.dataset()
+
+    def a_collection(self, *options):
+        """A store of four colored cubes in two classes and two splits."""
+        folder = self.path / "collection"
+        for number, name in enumerate(("chair/train/a", "chair/test/b", "table/train/c", "table/train/d")):
+            path = folder / (name + ".ply")
+            path.parent.mkdir(parents=True, exist_ok=True)
+            write_colored_ply(path, CUBE + number, QUADS, [255, 60 * number, 0])
+        store = self.path / "collection.h5"
+        subprocess.run([PROGRAM, "run", folder, "-o", store, "-n", "128", "--layout", "modelnet", "--colors", "--describe", "d2",
+                        "--progress", "none", *options], stdout=subprocess.DEVNULL, check=True)
+        return store
+
+    def test_classes_splits_colors_and_notes_are_properties(self):
+        with meander.open_store(self.a_collection()) as s:
+            self.assertEqual(s.ids, ["chair/test/b.ply", "chair/train/a.ply", "table/train/c.ply", "table/train/d.ply"])
+            self.assertEqual((s.class_names, s.labels.tolist()), (["chair", "table"], [0, 0, 1, 1]))
+            self.assertEqual(s.splits, ["test", "train", "train", "train"])
+            self.assertEqual(s.color_sources, ["vertex"] * 4)
+            self.assertEqual((s.rgb.shape, s.rgb.dtype), ((4, 128, 3), numpy.uint8))
+            self.assertTrue((s.rgb[:, :, 1] == numpy.array([60, 0, 120, 180])[:, None]).all())
+            self.assertEqual(s.noted, {})
+            self.assertTrue((s.column("rgb", "train", 5) == s.rgb[1:, :5]).all())
+            self.assertTrue((s.column("face_index") == s.column("face")).all())
+            self.assertIn("descriptors/d2", s.columns)
+            with self.assertRaisesRegex(KeyError, "no column 'uv': it has points, normals"):
+                s.column("uv")
+
+    def test_a_data_set_has_the_columns_that_are_asked_for(self):
+        store = self.a_collection()
+        data = meander.StoreDataset(store, columns=("points", "rgb", "descriptors/d2", "label", "class_name", "split", "id"),
+                                    points=16, split="train")
+        self.assertEqual([item[3:] for item in data],
+                         [(0, "chair", "train", "chair/train/a.ply"), (1, "table", "train", "table/train/c.ply"),
+                          (1, "table", "train", "table/train/d.ply")])
+        points, rgb, d2 = data[2][:3]
+        with meander.open_store(store) as s:
+            row = s["table/train/d.ply"]
+            self.assertTrue((points == row["points"][:16]).all() and (rgb == row["rgb"][:16]).all())
+            self.assertTrue((d2 == s.descriptor("d2")[3]).all())
+            lone = meander.StoreDataset(s, "points", transform=numpy.ndarray.mean, points=8)
+            self.assertEqual(lone[3], row["points"][:8].mean())
+        self.assertEqual(meander.StoreDataset(store, "label")[1], 0)
+        for way in ("fork", "spawn"):
+            with multiprocessing.get_context(way).Pool(2) as pool:
+                self.assertEqual(pool.map(lone.__getitem__, range(4)), list(lone))
+        with self.assertRaisesRegex(ValueError, "no column 'normal_s'.* and label, class_name"):
+            meander.StoreDataset(store, ("points", "normal_s"))
+        with self.assertRaisesRegex(ValueError, "no split 'dev'"):
+            meander.StoreDataset(store, split="dev")
+
+    def test_prefixes_along_a_curve_are_refused(self):
+        store = self.a_collection("--order", "curve")
+        self.assertEqual(meander.StoreDataset(store, "points", points=128)[0].shape, (128, 3))
+        with self.assertRaisesRegex(ValueError, "--order curve"):
+            meander.StoreDataset(store, "points", points=64)
 
     def test_classes_are_read_with_their_names(self):
         folder = self.path / "parts"
@@ -547,6 +613,7 @@ class Stores(WithMeshes):
             self.assertEqual(s.notes("a.obj"),
                              {"library_missing": 1, "text": "library_missing 1: `none.mtl` is not there"})
             self.assertEqual(s.notes(1), {})
+            self.assertEqual(s.noted, {"a.obj": s.notes(0)})
 
 
 class Documentation(unittest.TestCase):
