@@ -22,6 +22,12 @@ def alias(keyword):
 
 
 def parameter(row):
+    if "option" in row:  # of the program, which has the defaults
+        return "%s: %s" % (row["keyword"], "bool = False" if row["type"] == "bool" and not row["truth"] else "Optional[%s] = None" % (
+            "Literal[%s]" % ", ".join('"%s"' % word for word in row["words"]) if row["words"] and not row["list"] else
+            "Value" if row["type"] == "str" else "Union[int, str]" if row["type"] == "int" else row["type"]))
+    if row["list"]:
+        return "%s: Union[str, Sequence[str]] = ()" % row["keyword"]
     optional = row["default"] is None
     kind = alias(row["keyword"]) if row["words"] else row["type"]
     default = float(row["default"]) if row["type"] == "float" else row["default"]
@@ -39,19 +45,26 @@ def wrapped(line):
         return line
     for whole in (" = ", ": ", " -> "):  # no line ends within a parameter
         line = line.replace(whole, whole.replace(" ", "\xa0"))
+    depth = 0
+    characters = list(line)
+    for at, character in enumerate(line):
+        depth += (character == "[") - (character == "]")
+        if character == " " and depth > 0:
+            characters[at] = "\xa0"
+    line = "".join(characters)
     return textwrap.fill(line, 120, subsequent_indent=" " * (line.index("(") + 1), break_long_words=False,
                          break_on_hyphens=False).replace("\xa0", " ")
 
 
 def stub():
-    rows = {kind: _core.settings(kind) for kind in ("mesh", "surface")}
+    rows = {kind: _core.settings(kind) for kind in ("mesh", "file", "surface", "run")}
     aliases = {row["keyword"]: "%s = Literal[%s]" % (alias(row["keyword"]), ", ".join('"%s"' % w for w in row["words"]))
                for row in rows["mesh"] if row["words"]}
     lines = []
     for line in open(os.path.join(FOLDER, "stub.pyi.in")):
         line = line.rstrip("\n")
         if line == "    {columns}":
-            lines += (column(row) for row in _core.columns() if row["in_python"])
+            lines += (column(row) for row in _core.columns())
             continue
         if line == "{aliases}":
             lines += aliases.values()

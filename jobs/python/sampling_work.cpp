@@ -69,7 +69,7 @@ void sample_all(const ModelSampler& sampler, SampleQueue& queue, std::size_t tok
             ContentMesh& mesh = *entry->mesh;
             Row row = sampler.sample(std::move(mesh.mesh), mesh.content, token_of(&cancelled, timeout));
             mesh.mesh = {};
-            queue.put({entry->index, mesh.content, std::move(row)});
+            queue.put({entry->index, mesh.content, std::move(row), sampler.parameters().attributes});
           }));
 }
 
@@ -89,8 +89,8 @@ void SamplingWork::sample(SharedSampler sampler, SharedMesh mesh, const WorkLimi
                keep_mesh](const std::atomic<bool>* cancelled) {
     with_threads(limits.threads, [&] {
       PolygonMesh polygons = keep_mesh ? mesh->mesh : std::move(mesh->mesh);
-      queue_.put({0, mesh->content,
-                  sampler->sample(std::move(polygons), mesh->content, token_of(cancelled, limits.timeout))});
+      Row row = sampler->sample(std::move(polygons), mesh->content, token_of(cancelled, limits.timeout));
+      queue_.put({0, mesh->content, std::move(row), sampler->parameters().attributes});
     });
   };
   if (is_long)
@@ -150,6 +150,8 @@ bool SamplingWork::ended_within(std::chrono::milliseconds time) {
   return !background_ || background_->ended_within(time);
 }
 
-std::optional<SampledRow> SamplingWork::take_row() { return queue_.take_done(); }
+std::optional<SampledRow> SamplingWork::take_row(std::chrono::milliseconds time) {
+  return queue_.take_done(time);
+}
 
 }  // namespace meander

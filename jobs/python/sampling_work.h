@@ -51,8 +51,8 @@ class SamplingWork {
 
   // Rethrows what the work threw.
   bool ended_within(std::chrono::milliseconds time);
-  // Any of the rows that are done.
-  std::optional<SampledRow> take_row();
+  // Any of the rows that are done; none when there is none within that time.
+  std::optional<SampledRow> take_row(std::chrono::milliseconds time);
 
  private:
   void begin();

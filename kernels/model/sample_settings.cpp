@@ -200,7 +200,7 @@ void add_columns(SampleSettings& list, Having having) {
     const std::string word(column.option);
     list.flag(
             word, "--" + word, [c](auto& p) -> auto& { return p.columns[c]; }, std::string(column.help))
-        .in_python(having == Having::made ? word : "")
+        .in_python(word)
         .only_recorded([c](const P& p) { return p.columns[c]; });
   }
 }
@@ -216,6 +216,7 @@ SampleSettings make_value_settings() {
           "vertices interpolated, integers that of the nearest corner (`NAME:class` takes any for such, as "
           "int32, `NAME:linear` interpolates them), of faces that of the face. Repeat it for several")
       .list()
+      .in_python("attributes")
       .only_recorded([](const P& p) { return !p.attributes.empty(); });
   return list;
 }

@@ -21,16 +21,17 @@ import meander
 import meander.store
 
 failed = 0
+documents = [Path(name).resolve() for name in sys.argv[1:]]
+folder = tempfile.TemporaryDirectory()  # where examples write files
+os.chdir(folder.name)
 for module in (meander, meander.store):
     result = doctest.testmod(module, extraglobs={"meander": meander, "numpy": numpy})
     print("%s: %d examples" % (module.__name__, result.attempted))
     failed += result.failed
-documents = [Path(name).resolve() for name in sys.argv[1:]]
-with tempfile.TemporaryDirectory() as folder:
-    os.chdir(folder)
-    for document in documents:
-        result = doctest.testfile(str(document), module_relative=False)
-        print("%s: %d examples" % (document.name, result.attempted))
-        failed += result.failed + (result.attempted == 0)
-    os.chdir("/")
+for document in documents:
+    result = doctest.testfile(str(document), module_relative=False)
+    print("%s: %d examples" % (document.name, result.attempted))
+    failed += result.failed + (result.attempted == 0)
+os.chdir("/")
+folder.cleanup()
 sys.exit(1 if failed else 0)

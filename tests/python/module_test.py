@@ -151,6 +151,45 @@ class SameAsTheProgram(WithMeshes):
         mesh = meander.read_mesh(file)
         self.assertTrue((mesh.vertices == CUBE).all() and (mesh.faces == QUADS).all())
 
+    def test_sample_file_has_colors_and_attributes_as_the_program_stores_them(self):
+        folder = self.path / "textured"
+        folder.mkdir()
+        square = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n"
+        (folder / "a.obj").write_text("mtllib a.mtl\n" + square + "usemtl red\no seat\nf 1/1 2/2 3/3\no leg\nusemtl blue\nf 1/1 3/3 4/4\n")
+        (folder / "a.mtl").write_text("newmtl red\nKd 1 0 0\nnewmtl blue\nKd 0 0 1\nmap_Kd missing.png\n")
+        write_colored_ply(folder / "b.ply", CUBE, QUADS, [9, 60, 200])
+        archive = shutil.make_archive(str(self.path / "packed"), "zip", folder)
+        for file, taken in ((folder / "a.obj", ("object", "material")), (folder / "b.ply", ()), (Path(archive) / "b.ply", ())):
+            with self.subTest(str(file)):
+                store = run_program(self.path, "run", file, "-n", 300, "--colors", "--texcoord", *(
+                    word for name in taken for word in ("--attribute", name)))
+                s = meander.sample_file(file, 300, colors=True, texcoord=True, attributes=taken)
+                self.assert_row(s, store)
+                with meander.open_store(store) as stored:
+                    row = stored[0]
+                    self.assertEqual(s.rgb.tobytes(), row["rgb"].tobytes())
+                    self.assertEqual(s.texcoord.tobytes(), row["texcoord"].tobytes())
+                    self.assertEqual((s.names, s.color_source), (stored.names(0), stored.color_sources[0]))
+                    self.assertEqual({**s.notes, **({"text": s.note_text} if s.notes else {})}, stored.notes(0))
+                    self.assertEqual(sorted(s.attributes), sorted(taken))
+                    for name in taken:
+                        self.assertEqual(s.attributes[name].dtype, numpy.int32)
+                        self.assertEqual(s.attributes[name].tobytes(), row["attributes"][name].tobytes())
+        [many] = meander.sample_many([folder / "b.ply"], 300, colors=True)
+        self.assertTrue((many.rgb == [9, 60, 200]).all())
+        self.assertEqual(len(meander.sample_file(folder / "a.obj", 50, density="formula:1 + u")), 50)
+        graded = meander.sample_file(folder / "b.ply", 500, density=lambda p: p[:, 2] == 1, density_at="faces")
+        self.assertEqual(float(graded.points[:, 2].min()), 1)
+        with self.assertRaisesRegex(TypeError, "colors: taken over from files, not from arrays"):
+            list(meander.sample_many([(CUBE, QUADS)], colors=True))
+        with self.assertRaisesRegex(ValueError, "colors are for arrays: a Mesh has its own, which sample_file"):
+            meander.sample(meander.read_mesh(folder / "b.ply"), colors=CUBE)
+        with self.assertRaisesRegex(ValueError, "`x:9` has `9` behind its name"):
+            meander.sample_file(folder / "b.ply", attributes="x:9")
+        with self.assertRaises(meander.SamplingError) as caught:
+            meander.sample_file(self.path / "none.off")
+        self.assertEqual(caught.exception.status, "unreadable")
+
     def test_descriptors_equal_those_of_the_program(self):
         vertices, faces = bumpy_sphere()
         write_off(self.path / "sphere.off", vertices, faces)
@@ -263,6 +302,72 @@ class Arrays(unittest.TestCase):
         self.assertEqual(float(tops.points[:, 2].min()), 1)
         self.assertAlmostEqual((two.weights * two.points[:, 0]).sum(), 1, 2)  # the square lies there twice
 
+    def test_densities_may_be_functions_of_positions(self):
+        square, quad = numpy.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0.]]), [[0, 1, 2, 3]]
+        calls = []
+        def density(positions):
+            calls.append(positions.shape)
+            return 1 + 3 * positions[:, 0]
+        made = meander.sample(square, quad, 500, density=density)
+        given = meander.sample(square, quad, 500, density=[1, 4, 4, 1], density_at="vertices")
+        self.assertEqual((calls, made.points.tobytes()), ([(4, 3)], given.points.tobytes()))
+        self.assertTrue(numpy.allclose(made.density, density(made.points), atol=1e-5))
+        tops = meander.sample(CUBE, QUADS, 500, density=lambda p: p[:, 2] == 1, density_at="faces")
+        self.assertEqual(float(tops.points[:, 2].min()), 1)
+        nan = numpy.vstack([square, [[numpy.nan, 0, 0]]])
+        mended = meander.sample(nan, [[0, 1, 2, 3], [0, 1, 2, 9]], 500, density=density, check=False)
+        self.assertEqual((len(mended), calls[-1]), (500, (4, 3)))
+        several = list(meander.sample_many([(square, quad), (CUBE, QUADS)], 100, density=lambda p: p[:, 2] + 1e-3 * (p[:, 2] == 0)))
+        self.assertEqual(several[1].points.tobytes(), meander.sample(
+            CUBE, QUADS, 100, density=CUBE[:, 2] + 1e-3 * (CUBE[:, 2] == 0)).points.tobytes())
+        for function, error, pattern in [(lambda p: p, ValueError, r"shape \(8, 3\) for 8 positions"),
+                                         (lambda p: -p[:, 0], ValueError, r"density\[4\] is -1"), (lambda p: 1 / 0, ZeroDivisionError, "")]:
+            with self.assertRaisesRegex(error, pattern):
+                meander.sample(CUBE, QUADS, density=function)
+            with self.assertRaisesRegex(error, pattern):
+                list(meander.sample_many([(CUBE, QUADS)], density=function))
+
+    def test_colors_and_attributes_of_arrays_are_those_of_the_samples(self):
+        place = CUBE[:, :2]
+        s = meander.sample(CUBE, QUADS, 400, colors=CUBE.astype("f4"),
+                           attributes={"height": CUBE[:, 2], "place": place, "number": numpy.arange(8), "side": numpy.arange(6),
+                                       "flag": QUADS[:, 0] == 0, "pair": QUADS[:, :2], "a:class": CUBE[:, 0], "density": CUBE[:, 0]},
+                           density=numpy.ones(8))
+        self.assertLessEqual(numpy.abs(s.rgb - 255.0 * s.points).max(), 0.501)
+        self.assertEqual((s.rgb.dtype, s.color_source, s.color_fills), (numpy.uint8, "vertex", 0))
+        a = s.attributes
+        for name, values in (("height", s.points[:, 2]), ("place", s.points[:, :2]), ("a:class", s.points[:, 0]), ("density", s.points[:, 0])):
+            self.assertEqual((a[name].dtype, a[name].shape), (numpy.float32, values.shape), name)
+            self.assertTrue(numpy.allclose(a[name], values, atol=1e-6), name)
+        weights = numpy.stack([1 - s.barycentric.sum(axis=1), *s.barycentric.T], axis=1)
+        nearest = s.corners[numpy.arange(400), weights.argmax(axis=1)]
+        self.assertTrue((a["number"] == nearest).mean() > 0.99)  # equal weights aside
+        self.assertEqual((a["number"].dtype, a["pair"].dtype), (numpy.int32, numpy.int32))
+        self.assertTrue((a["side"] == s.face_index).all())
+        self.assertTrue((a["flag"] == (QUADS[s.face_index, 0] == 0)).all())
+        self.assertTrue((a["pair"] == QUADS[s.face_index, :2]).all())
+        self.assertEqual(s.points.tobytes(), meander.sample(CUBE, QUADS, 400, density=numpy.ones(8)).points.tobytes())
+        faces = numpy.full((6, 4), 255, "u1")
+        faces[:, 0] = 40 * numpy.arange(6)
+        of_faces = meander.sample(CUBE, QUADS, 100, colors=faces)
+        self.assertTrue((of_faces.rgb[:, 0] == 40 * of_faces.face_index).all())
+        self.assertEqual(of_faces.color_source, "face")
+        lacking = meander.sample(CUBE, QUADS, 100, colors=numpy.full((6, 3), numpy.nan), attributes={"x": CUBE[:, 0] * numpy.nan})
+        self.assertTrue((lacking.rgb == 204).all() and numpy.isnan(lacking.attributes["x"]).all())
+        self.assertEqual((lacking.color_source, lacking.color_fills), ("none", 100))
+        self.assertEqual((meander.sample(CUBE, QUADS, 9).rgb, meander.sample(CUBE, QUADS, 9).attributes), (None, {}))
+        self.assertEqual(pickle.loads(pickle.dumps(s)).attributes["side"].tolist(), a["side"].tolist())
+        for options, pattern in [
+                (dict(colors=CUBE + 1), r"colors\[0, 0\] is 1|colors\[1, 2\] is 2"), (dict(colors=CUBE.astype(int)), "colors must be uint8"),
+                (dict(colors=CUBE[:5]), "colors has 5 values: there are 8 vertices and 6 faces"),
+                (dict(colors=CUBE[:5], colors_at="faces"), "colors has 5 rows for 6 faces"),
+                (dict(colors_at="faces"), "colors_at applies"), (dict(attributes_at="faces"), "attributes_at applies"),
+                (dict(attributes={"a,b": CUBE[:, 0]}), "without commas"), (dict(attributes={"a": CUBE[:3, 0]}), "attributes has 3 values"),
+                (dict(attributes={"a": numpy.ones((8, 5))}), r"'a' must be numbers .* not float64 \(8, 5\)"),
+                (dict(attributes={"a": numpy.ones((6, 2))}, attributes_at="vertices"), "'a' has 6 values for 8 vertices")]:
+            with self.assertRaisesRegex(ValueError, pattern):
+                meander.sample(CUBE, QUADS, 9, **options)
+
     def test_invalid_arguments_are_refused_by_name_and_index(self):
         def refused(error, pattern, *arguments, **options):
             with self.assertRaisesRegex(error, pattern):
@@ -338,27 +443,52 @@ class Many(unittest.TestCase):
             many = meander.sample_many(meshes, 256, threads=threads)
             self.assertEqual([s.points.tobytes() for s in many], expected)
         self.assertEqual([s.points.tobytes() for s in meander.sample_many((m for m in meshes), 256)], expected)
-        self.assertEqual(meander.sample_many([]), [])
+        self.assertEqual(list(meander.sample_many([])), [])
+
+    def test_sample_many_takes_and_gives_meshes_as_results_are_asked_for(self):
+        taken = []
+        def meshes():
+            for i in range(10 ** 6):
+                taken.append(i)
+                yield bumpy_sphere(6, 10 + i % 7)
+        many = meander.sample_many(meshes(), 64, threads=2)
+        self.assertEqual(taken, [])
+        first = [next(many) for _ in range(3)]
+        self.assertLess(len(taken), 20)
+        self.assertEqual([s.points.tobytes() for s in first],
+                         [meander.sample(*bumpy_sphere(6, 10 + i), 64).points.tobytes() for i in range(3)])
+        many.close()
+        slow = [bumpy_sphere(100, 200)] + [(CUBE, QUADS)] * 30
+        counts = [len(s) for s in meander.sample_many(slow, 3000, sequence="spaced", threads=2)]
+        self.assertEqual(counts, [3000] * 31)
 
     def test_failures_keep_their_index(self):
         nan = CUBE * numpy.nan
         meshes = [(CUBE, QUADS), (nan, QUADS), (CUBE, [[0, 0, 0]]), "/nowhere.off", (CUBE, QUADS, b"1" * 32)]
-        results = meander.sample_many(meshes, 64, errors="return")
+        results = list(meander.sample_many(meshes, 64, errors="return"))
         self.assertEqual([type(r).__name__ for r in results],
                          ["Samples", "ValueError", "SamplingError", "SamplingError", "Samples"])
         self.assertEqual(results[2].index, 2)
         self.assertEqual(results[4].content, b"1" * 32)
+        many = meander.sample_many(meshes, 64)
+        self.assertEqual(len(next(many)), 64)
         with self.assertRaisesRegex(ValueError, "not finite") as caught:
-            meander.sample_many(meshes, 64)
+            next(many)
         self.assertEqual(caught.exception.index, 1)
-        self.assertEqual(len(caught.exception.results[4]), 64)
+        with self.assertRaises(StopIteration):
+            next(many)
+        for options, pattern in [(dict(errors="ignore"), "errors is 'ignore'"), (dict(threads=-1), "threads is -1"),
+                                 (dict(density_at="faces"), "density_at applies"),
+                                 (dict(density=len, density_at="edges"), "density_at is 'edges'")]:
+            with self.assertRaisesRegex(ValueError, pattern):  # before any mesh is taken
+                meander.sample_many([], **options)
 
     def test_an_exception_of_the_iterator_ends_the_call(self):
         def meshes():
             yield CUBE, QUADS
             raise KeyError("the source is gone")
         with self.assertRaisesRegex(KeyError, "the source is gone"):
-            meander.sample_many(meshes())
+            list(meander.sample_many(meshes()))
 
     def test_calls_from_many_threads_give_the_same_samples(self):
         expected = meander.sample(CUBE, QUADS, 3000).points.tobytes()
@@ -393,7 +523,7 @@ class Many(unittest.TestCase):
                 "except KeyboardInterrupt:\n"
                 "    print('interrupted', flush=True)\n")
         one = "meander.sample(v, f, 2000000, sequence='spaced')"
-        many = "meander.sample_many(((v, f) for _ in range(10 ** 7)), 20000)"
+        many = "list(meander.sample_many(((v, f) for _ in range(10 ** 7)), 20000))"
         for call, delay in ((one, 0.3), (many, 0.3), (many, 0.21), (many, 0.13), (many, 0.05)):
             child = subprocess.Popen([sys.executable, "-c", code % (str(Path(__file__).parent), call)],
                                      stdout=subprocess.PIPE, text=True)
@@ -614,6 +744,84 @@ class Stores(WithMeshes):
                              {"library_missing": 1, "text": "library_missing 1: `none.mtl` is not there"})
             self.assertEqual(s.notes(1), {})
             self.assertEqual(s.noted, {"a.obj": s.notes(0)})
+
+
+class Runs(WithMeshes):
+    def models(self, count=12, rings=40):
+        folder = self.path / "models"
+        folder.mkdir(exist_ok=True)
+        for i in range(count):
+            write_off(folder / ("m%02d.off" % i), *bumpy_sphere(rings, 20 + i))
+        return folder
+
+    def by_program(self, folder, *arguments):
+        store = self.path / "by_program.h5"
+        done = subprocess.run([PROGRAM, "run", folder, "-o", store, "--progress", "none", *map(str, arguments)],
+                              stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        self.assertIn(done.returncode, (0, 3))
+        return store.read_bytes()
+
+    def test_run_makes_the_store_of_the_program_and_tells_its_progress(self):
+        folder = self.models()
+        (folder / "broken.off").write_text("OFF\nnothing\n")
+        told = []
+        result = meander.run(folder, self.path / "s.h5", n=200, describe=["d2", "basics"], topology=False, columns=["normals"],
+                             attributes=("height", "other"), method="direct", threads=numpy.int64(2), timeout=60, memory="1G",
+                             progress=lambda done, total, item: told.append((done, total, item["id"], item["status"])))
+        self.assertEqual((self.path / "s.h5").read_bytes(), self.by_program(
+            folder, "-n", 200, "--describe", "d2,basics", "--topology", "none", "--store", "normals", "--attribute", "height",
+            "--attribute", "other", "--method", "direct"))
+        self.assertEqual(sorted(done for done, _, _, _ in told), list(range(1, 14)))
+        self.assertEqual({total for _, total, _, _ in told}, {13})
+        self.assertIn(("broken.off", "unreadable"), [line[2:] for line in told])
+        self.assertEqual((result.items, result.done_now, result.samples, result.exit_status), (13, 13, 200, 3))
+        self.assertEqual(result.status, {"ok": 12, "unreadable": 1})
+        self.assertEqual([failed["id"] for failed in result.failed], ["broken.off"])
+        self.assertEqual(repr(result), "<meander.RunResult %s: 13 rows, 12 ok, 1 failed>" % (self.path / "s.h5"))
+
+    def test_a_run_that_is_ended_by_an_exception_is_continued_by_the_same_call(self):
+        folder, store = self.models(40, 12), self.path / "s.h5"
+        def stop(done, total, item):
+            if done == 5:
+                raise KeyError("enough")
+        with self.assertRaisesRegex(KeyError, "enough"):
+            meander.run([folder], store, n=4000, sequence="spaced", threads=1, progress=stop)
+        self.assertFalse(store.exists())
+        result = meander.run([folder], store, n=4000, sequence="spaced")
+        self.assertEqual((result.items, result.exit_status), (40, 0))
+        self.assertLessEqual(result.done_now, 35)
+        self.assertEqual(store.read_bytes(), self.by_program(folder, "-n", 4000, "--sequence", "spaced"))
+
+    def test_a_signal_interrupts_a_run_which_ends_before_the_exception(self):
+        folder, store = self.models(40, 12), self.path / "s.h5"
+        code = ("import meander, signal, sys\n"
+                "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
+                "try:\n"
+                "    meander.run(%r, %r, n=4000, sequence='spaced', threads=1, progress=lambda *_: print('.', flush=True))\n"
+                "except KeyboardInterrupt:\n"
+                "    print('interrupted')\n") % (str(folder), str(store))
+        child = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True)
+        self.assertEqual(child.stdout.readline(), ".\n")
+        child.send_signal(signal.SIGINT)
+        output = child.communicate(timeout=120)[0]
+        self.assertTrue(output.endswith("interrupted\n") and child.returncode == 0, output)
+        self.assertEqual(meander.run(folder, store, n=4000, sequence="spaced").exit_status, 0)  # nobody holds the store
+
+    def test_runs_that_cannot_be_are_refused(self):
+        folder, store = self.models(3), self.path / "s.h5"
+        meander.run(folder, store, n=64)
+        for error, pattern, inputs, options in [
+                (ValueError, r'^`.*s.h5` was made with other parameters: parameter "samples" was 64, now it is 65', folder, dict(n=65)),
+                (ValueError, "method.*did you mean `?conformal", folder, dict(method="conformla")),
+                (ValueError, "begins with a minus", "-", {}), (ValueError, "nowhere", "nowhere", {}),
+                (TypeError, "curved cannot be 'yes'", folder, dict(curved="yes")),
+                (TypeError, "n cannot be True", folder, dict(n=True)), (TypeError, r"n cannot be \{", folder, dict(n={})),
+                (TypeError, "unexpected keyword argument 'memmory'; did you mean 'memory'", folder, dict(memmory=3)),
+                (meander.RunStopped, "1", folder, dict(fresh=True, timeout="0.000001", n=100000, max_failures=0))]:
+            with self.subTest(pattern), self.assertRaisesRegex(error, pattern):
+                meander.run(inputs, store, **options)
+        result = meander.run(folder, store, n=65, fresh=True)
+        self.assertEqual((result.samples, result.done_now), (65, 3))
 
 
 class Documentation(unittest.TestCase):
