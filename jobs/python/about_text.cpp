@@ -15,6 +15,7 @@
 #include "jobs/inputs/surface_sources.h"
 #include "jobs/rows/run_options.h"
 #include "kernels/data/columns.h"
+#include "kernels/model/remesh_model.h"
 #include "kernels/model/sample_settings.h"
 #include "kernels/surface/surface_settings.h"
 #include "meander_version.h"
@@ -165,6 +166,8 @@ std::string about_text() {
   add_settings<SampleParameters>(json, "mesh_settings", of_arrays);
   add_settings<SampleParameters>(json, "file_settings", sample_settings());
   add_settings<SurfaceSampleParameters>(json, "surface_settings", surface);
+  const SettingList<RemeshParameters>* const mesh[] = {&remesh_settings()};
+  add_settings<RemeshParameters>(json, "remesh_settings", mesh);
   add_run_options(json);
   json.end_object();
   return json.text();

@@ -4,6 +4,7 @@
 #include <exception>
 #include <memory>
 #include <new>
+#include <optional>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -17,6 +18,7 @@
 #include "jobs/cli/usage_error.h"
 #include "jobs/inputs/surface_sources.h"
 #include "jobs/python/about_text.h"
+#include "jobs/python/array_functions.h"
 #include "jobs/python/array_mesh.h"
 #include "jobs/python/laboratory_call.h"
 #include "jobs/python/row_text.h"
@@ -302,19 +304,22 @@ GivenArray given_array(const meander_array& array) {
   GivenArray given{array.name, {}, array.rows, array.columns};
   if (array.type == 'd')
     given.values = span(double{});
+  else if (array.type == 'f')
+    given.values = span(float{});
   else if (array.type == 'I')
     given.values = span(std::uint32_t{});
   else if (array.type == 'B')
     given.values = span(std::uint8_t{});
   else
-    throw std::invalid_argument(given.name + " is an array of another type than double, uint32 or uint8");
+    throw std::invalid_argument(given.name +
+                                " is an array of another type than double, float, uint32 or uint8");
   return given;
 }
 
 }  // namespace
 
-meander_object* meander_laboratory(const char* function, const char* options, const meander_array* arrays,
-                                   std::uint64_t count, meander_object* subject) {
+meander_object* meander_call(const char* function, const char* options, const meander_array* arrays,
+                             std::uint64_t count, meander_object* subject) {
   return made([&] {
     std::vector<GivenArray> given;
     for (std::uint64_t i = 0; i < count; ++i) given.push_back(given_array(arrays[i]));
@@ -323,7 +328,9 @@ meander_object* meander_laboratory(const char* function, const char* options, co
       about.mesh = {mesh->mesh, &mesh->mesh->mesh};
     else if (subject != nullptr)
       about.staged = as<LaboratoryObject>(subject).result.staged;
-    return std::make_unique<LaboratoryObject>(
-        call_laboratory(function, LaboratoryArguments(options, std::move(given), std::move(about))));
+    const LaboratoryArguments arguments(options, std::move(given), std::move(about));
+    std::optional<LaboratoryResult> result = call_array_function(function, arguments);
+    return std::make_unique<LaboratoryObject>(result ? std::move(*result)
+                                                     : call_laboratory(function, arguments));
   });
 }

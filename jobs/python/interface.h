@@ -114,15 +114,15 @@ int meander_row(meander_object* work, meander_object** row, uint64_t* index, int
 typedef struct {
   const char* name;
   const void* values; /* rows x columns */
-  char type;          /* 'd' double, 'I' uint32, 'B' uint8 */
+  char type;          /* 'd' double, 'f' float, 'I' uint32, 'B' uint8 */
   uint64_t rows, columns;
 } meander_array;
 
-/* Calls a function of the laboratory: see jobs/laboratory/functions. options: a JSON object. subject: a
- * mesh, what an earlier call returned, whose model the function works on, or NULL. meander_text of the object
- * that is returned has its numbers and arrays. */
-meander_object* meander_laboratory(const char* function, const char* options, const meander_array* arrays,
-                                   uint64_t count, meander_object* subject);
+/* Calls a function over arrays, of array_functions.cpp or of the laboratory (jobs/laboratory/functions).
+ * options: a JSON object. subject: a mesh, what an earlier call returned, whose model the function works on,
+ * or NULL. meander_text of the object that is returned has its numbers and arrays. */
+meander_object* meander_call(const char* function, const char* options, const meander_array* arrays,
+                             uint64_t count, meander_object* subject);
 
 #ifdef __cplusplus
 }

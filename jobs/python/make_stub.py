@@ -3,6 +3,7 @@
     PYTHONPATH=build/release/python python3 jobs/python/make_stub.py           writes jobs/python/meander/__init__.pyi
     PYTHONPATH=build/release/python python3 jobs/python/make_stub.py --check   exit status 1 where it is another
 """
+import inspect
 import os
 import re
 import sys
@@ -11,6 +12,7 @@ import textwrap
 import numpy
 
 sys.path.pop(0)  # this folder has the package's sources, without its library
+import meander  # noqa: E402
 from meander import _core  # noqa: E402
 
 FOLDER = os.path.dirname(os.path.abspath(__file__))
@@ -57,7 +59,7 @@ def wrapped(line):
 
 
 def stub():
-    rows = {kind: _core.settings(kind) for kind in ("mesh", "file", "surface", "run")}
+    rows = {kind: _core.settings(kind) for kind in ("mesh", "file", "surface", "remesh", "run")}
     aliases = {row["keyword"]: "%s = Literal[%s]" % (alias(row["keyword"]), ", ".join('"%s"' % w for w in row["words"]))
                for row in rows["mesh"] if row["words"]}
     lines = []
@@ -70,8 +72,11 @@ def stub():
             lines += aliases.values()
             continue
         own = set(re.findall(r"(\w+): ", line))
+        function = re.match(r"def (\w+)\(.*{", line)
+        taken = inspect.signature(getattr(meander, function[1])).parameters if function else ()
         for kind, settings in rows.items():
-            line = line.replace("{%s}" % kind, ", ".join(parameter(row) for row in settings if row["keyword"] not in own))
+            line = line.replace("{%s}" % kind, ", ".join(parameter(row) for row in settings
+                                                         if row["keyword"] in taken and row["keyword"] not in own))
         lines.append(wrapped(line))
     return "\n".join(lines) + "\n"
 

@@ -15,6 +15,7 @@
 #include "jobs/cli/settings.h"
 #include "kernels/density/density_text.h"
 #include "kernels/density/formula_density.h"
+#include "kernels/model/remesh_model.h"
 #include "kernels/model/sample_settings.h"
 #include "kernels/surface/surface_settings.h"
 
@@ -117,6 +118,16 @@ SampleParameters sample_parameters(std::string_view json, bool of_files) {
   // As in stores: what the images are is then in the samples too.
   if (reads_textures(parameters.density.kind)) parameters.columns[&Samples::rgb] = true;
   if (problems.empty()) problems = validate(parameters);
+  throw_problems(problems);
+  return parameters;
+}
+
+RemeshParameters remesh_parameters(std::string_view json) {
+  std::vector<std::string> problems;
+  RemeshParameters parameters;
+  const SettingList<RemeshParameters>* const lists[] = {&remesh_settings()};
+  take_keywords<RemeshParameters>(JsonObject(json, "options").members(), lists, parameters, problems);
+  check_ranges(remesh_settings(), parameters, problems);
   throw_problems(problems);
   return parameters;
 }

@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "kernels/model/sample_parameters.h"
+#include "kernels/remesh/remesh_surface.h"
 #include "kernels/surface/sample_surface.h"
 
 namespace meander {
@@ -22,6 +23,9 @@ struct OptionRefused : std::runtime_error {
 // "faces": numbers of the mesh. of_files: of meshes that are read from files, which may have images, texture
 // coordinates and attributes. Throws OptionRefused; std::invalid_argument with everything that is wrong.
 SampleParameters sample_parameters(std::string_view json, bool of_files);
+
+// The settings of meshes (remesh_settings) in the same way.
+RemeshParameters remesh_parameters(std::string_view json);
 
 // The same of surfaces, whose density may be an expression in u, v, x, y, z.
 SurfaceSampleParameters surface_parameters(std::string_view json, double tolerance);

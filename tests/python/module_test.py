@@ -4,6 +4,7 @@
     module_test.py MEANDER SHARED_DATA       exit status 77: numpy is not installed
 """
 import concurrent.futures
+import csv
 import gc
 import hashlib
 import inspect
@@ -746,6 +747,124 @@ class Stores(WithMeshes):
             self.assertEqual(s.noted, {"a.obj": s.notes(0)})
 
 
+class Meshes(WithMeshes):
+    def test_remesh_makes_the_mesh_of_the_program(self):
+        vertices, faces = bumpy_sphere()
+        write_off(self.path / "sphere.off", vertices, faces)
+        content = meander.content_of(self.path / "sphere.off")
+        for options, arguments in [(dict(), []), (dict(fit=True, crease_angle=60, density="mean", seed=3), [
+                "--fit", "--crease-angle", "60", "--density", "mean", "--seed", "3"])]:
+            subprocess.run([PROGRAM, "remesh", self.path / "sphere.off", "-o", self.path / "out", "-n", "300", "--fresh", "--format",
+                            "obj", "--progress", "none", *arguments], check=True, stdout=subprocess.DEVNULL)
+            theirs = meander.read_mesh(self.path / "out/sphere.obj")
+            for made in (meander.remesh(vertices, faces, 300, content=content, **options),
+                         meander.remesh(meander.read_mesh(self.path / "sphere.off"), n=300, threads=1, **options)):
+                self.assertTrue((made.faces == theirs.faces).all())
+                self.assertTrue(numpy.allclose(made.vertices, theirs.vertices, atol=1e-7))
+        self.assertEqual((made.samples, made.report["euler"], made.report["vertices"]), (300, 2, len(made.vertices)))
+        self.assertEqual(repr(made), "<meander.RemeshedMesh of %d vertices and %d faces>" % (made.vertices.shape[0], made.faces.shape[0]))
+        samples = meander.sample(vertices, faces, 300, sequence="spaced", content=content)
+        plain = meander.remesh(vertices, faces, 300, content=content)
+        self.assertTrue(numpy.allclose(plain.vertices[:300], samples.points, atol=1e-6))
+        graded = meander.remesh(vertices, faces, 300, density=lambda p: numpy.where(p[:, 2] > 0, 8.0, 1.0))
+        self.assertGreater((graded.vertices[:300, 2] > 0).mean(), 0.75)
+        for error, pattern, options in [(ValueError, "crease angle", dict(crease_angle=200)), (TypeError, "fit cannot be 'yes'", dict(fit="yes")),
+                                        (TypeError, "unexpected keyword argument 'normalize'", dict(normalize="unit-box")),
+                                        (ValueError, "sequence", dict(sequence="x")), (ValueError, "threads is -1", dict(threads=-1)),
+                                        (meander.SamplingError, "timeout", dict(n=100000, timeout=1e-6))]:
+            with self.subTest(pattern), self.assertRaisesRegex(error, pattern):
+                meander.remesh(vertices, faces, **{"n": 300, **options})
+        with self.assertRaisesRegex(meander.SamplingError, "zero_area"):
+            meander.remesh(CUBE * [0, 0, 1], QUADS, 10)
+
+    def test_measures_equal_those_of_the_program(self):
+        vertices, faces = bumpy_sphere()
+        write_off(self.path / "sphere.off", vertices, faces)
+        points = meander.sample(vertices, faces, 1000, seed=5).points
+        numpy.save(self.path / "points.npy", points)
+        said = subprocess.run([PROGRAM, "measure", "spacing", self.path / "points.npy", "--surface", self.path / "sphere.off", "--csv",
+                               self.path / "spacing.csv", "--seed", "4"], capture_output=True, text=True)
+        if "laboratory" in said.stderr:
+            with self.assertRaisesRegex(RuntimeError, "laboratory"):
+                meander.measure(points, vertices, faces)
+            return
+        self.assertEqual(said.returncode, 0, said.stderr)
+        least, mean, rho, coverage = map(float, (self.path / "spacing.csv").read_text().splitlines()[1].split(",")[2:6])
+        for made in (meander.measure(points, vertices, faces, seed=4), meander.measure(points, meander.read_mesh(self.path / "sphere.off"), seed=4)):
+            for name, value in dict(least=least, mean=mean, rho=rho, coverage=coverage).items():
+                self.assertAlmostEqual(made[name], value, 5, name)
+            self.assertEqual(made["boxes"], meander.measure_boxes(points, vertices, faces, seed=4))
+        for pattern, given in (("is one point", points[:1]), ("points is empty", points[:0]), (r"points\[1\] is", points * [[1]] * numpy.where(
+                numpy.arange(1000) == 1, numpy.nan, 1)[:, None])):
+            with self.assertRaisesRegex(ValueError, pattern):
+                meander.measure(given, vertices, faces)
+
+
+class Neighbors(WithMeshes):
+    def test_neighbors_are_those_of_all_distances(self):
+        base = numpy.random.default_rng(1).random((200, 37), numpy.float32)
+        queries = numpy.random.default_rng(2).random((9, 37))
+        all_distances = {"l1": lambda a, b: numpy.abs(a - b).sum(-1), "l2": lambda a, b: numpy.sqrt(((a - b) ** 2).sum(-1)),
+                         "emd": lambda a, b: numpy.abs(numpy.cumsum(a - b, -1)).sum(-1),
+                         "chi2": lambda a, b: 0.5 * ((a - b) ** 2 / (a + b)).sum(-1),
+                         "cosine": lambda a, b: 1 - (a * b).sum(-1) / numpy.linalg.norm(a, axis=-1) / numpy.linalg.norm(b, axis=-1)}
+        for name, distance in all_distances.items():
+            expected = distance(base[None].astype(float), queries[:, None].astype("f4").astype(float))
+            found = meander.knn(base, queries, k=7, distance=name)
+            self.assertEqual((found.rows.dtype, found.distances.dtype), (numpy.int64, numpy.float32))
+            self.assertTrue((found.rows == numpy.argsort(expected, axis=1, kind="stable")[:, :7]).all(), name)
+            self.assertTrue(numpy.allclose(found.distances, numpy.sort(expected, axis=1)[:, :7], rtol=1e-4, atol=1e-6), name)
+        numpy.save(self.path / "base.npy", base)
+        numpy.save(self.path / "queries.npy", queries)
+        filed = meander.knn(self.path / "base.npy", self.path / "queries.npy", k=7, distance="cosine")
+        self.assertTrue((filed.rows == found.rows).all())
+        each = meander.knn(base, k=3)
+        self.assertEqual(each.rows.shape, (200, 3))
+        self.assertFalse((each.rows == numpy.arange(200)[:, None]).any())
+        some = meander.knn(base, [5, 199], k=300)
+        self.assertEqual(some.rows.shape, (2, 199))
+        self.assertTrue((some.rows[:, :3] == each.rows[[5, 199]]).all())
+        self.assertEqual(meander.knn(base, numpy.zeros((0, 37))).rows.shape, (0, 0))
+        for pattern, arguments, options in [
+                ("distance: `l3` is none of", (base,), dict(distance="l3")), ("k is 0", (base,), dict(k=0)),
+                ("there is no row 200 of 200", (base, [200]), {}), ("there is no row -1 of 200", (base, [-1]), {}),
+                ("queries have 36 numbers each where the base has 37", (base, base[:, :36]), {}),
+                ("finite", (base * numpy.nan,), {}), ("base must be real numbers of the shape", (base[0],), {}),
+                ("no other row", (base[:1],), {}), ("descriptor is for stores", (base,), dict(descriptor="d2"))]:
+            with self.subTest(pattern), self.assertRaisesRegex(ValueError, pattern):
+                meander.knn(*arguments, **options)
+
+    @unittest.skipIf(h5py is None, "skipped: h5py is not installed")
+    def test_neighbors_in_a_store_are_those_of_retrieve_query(self):
+        folder = self.path / "models"
+        folder.mkdir()
+        for i in range(12):
+            write_off(folder / ("m%02d.off" % i), *bumpy_sphere(8 + i, 12 + 5 * i % 7))
+        (folder / "broken.off").write_text("OFF\nnothing\n")
+        store = self.path / "s.h5"
+        meander.run(folder, store, n=128, describe="d2,basics,pairs", curved=True)
+        for descriptor, distance in (("pairs", "l1"), ("d2", "emd"), ("basics", "l2")):
+            subprocess.run([PROGRAM, "retrieve", "query", store, "m03.off", "m07.off", "-k", "4", "--descriptor", descriptor, "--distance",
+                            distance, "--csv", self.path / "hits.csv"], check=True, stdout=subprocess.DEVNULL)
+            with open(self.path / "hits.csv", newline="") as file:
+                lines = list(csv.DictReader(file))
+            with meander.open_store(store) as s:
+                found = meander.knn(s, ["m03.off", "m07.off"], 4, descriptor=descriptor, distance=distance)
+                self.assertEqual([s.ids[row] for row in found.rows.ravel()], [line["id"] for line in lines])
+                for mine, line in zip(found.distances.ravel(), lines):
+                    self.assertAlmostEqual(float(mine), float(line["distance"]), 4)
+                self.assertEqual(s.described(descriptor).tolist(), list(range(1, 13)))
+                again = meander.knn(store, s.file["descriptors"][descriptor][4:5], 5, descriptor=descriptor, distance=distance)
+                self.assertEqual(again.rows[0].tolist(), [4, *found.rows[0].tolist()])
+            every = meander.knn(str(store), k=4, descriptor=descriptor, distance=distance)
+            self.assertTrue((every.rows[3] == found.rows[0]).all() and every.rows.shape == (12, 4))
+        for error, pattern, arguments, options in [
+                (ValueError, "say descriptor=, one of d2, basics, pairs", (), {}), (ValueError, "row 0 \\(`broken.off`\\) has no descriptor", (["broken.off"],), dict(descriptor="d2")),
+                (KeyError, "no column 'descriptors/d3'", (), dict(descriptor="d3")), (KeyError, "m99", (["m99.off"],), dict(descriptor="d2"))]:
+            with self.subTest(pattern), self.assertRaisesRegex(error, pattern):
+                meander.knn(store, *arguments, **options)
+
+
 class Runs(WithMeshes):
     def models(self, count=12, rings=40):
         folder = self.path / "models"
@@ -765,11 +884,11 @@ class Runs(WithMeshes):
         folder = self.models()
         (folder / "broken.off").write_text("OFF\nnothing\n")
         told = []
-        result = meander.run(folder, self.path / "s.h5", n=200, describe=["d2", "basics"], topology=False, columns=["normals"],
+        result = meander.run(folder, self.path / "s.h5", n=200, describe=["d2", "d1"], topology=False, columns=["normals"],
                              attributes=("height", "other"), method="direct", threads=numpy.int64(2), timeout=60, memory="1G",
                              progress=lambda done, total, item: told.append((done, total, item["id"], item["status"])))
         self.assertEqual((self.path / "s.h5").read_bytes(), self.by_program(
-            folder, "-n", 200, "--describe", "d2,basics", "--topology", "none", "--store", "normals", "--attribute", "height",
+            folder, "-n", 200, "--describe", "d2,d1", "--topology", "none", "--store", "normals", "--attribute", "height",
             "--attribute", "other", "--method", "direct"))
         self.assertEqual(sorted(done for done, _, _, _ in told), list(range(1, 14)))
         self.assertEqual({total for _, total, _, _ in told}, {13})

@@ -4,6 +4,7 @@ from typing import Any, Callable, Dict, Iterable, Iterator, List, Literal, Mappi
 import numpy
 from numpy.typing import ArrayLike, NDArray
 
+from .neighbors import Neighbors as Neighbors, knn as knn
 from .store import Store as Store, StoreDataset as StoreDataset, open_store as open_store
 
 __version__: str
@@ -106,12 +107,12 @@ def run(inputs: Union[Path, Iterable[Path]], store: Path, *,
         descriptor_scale: Optional[Literal["mean", "largest"]] = None,
         geodesic_sources: Optional[Union[int, str]] = None, strict: Optional[Value] = None, certify: bool = False,
         compress: Optional[Literal["default", "none"]] = None, colors: bool = False, texcoord: bool = False,
-        attributes: Optional[Value] = None, root: Optional[Value] = None, null: bool = False,
-        layout: Optional[Literal["auto", "flat", "modelnet", "shapenet"]] = None, labels: Optional[Value] = None,
-        label_from_folder: bool = False, threads: Optional[Union[int, str]] = None, memory: Optional[Value] = None,
-        allow_oversize: bool = False, timeout: Optional[Value] = None, max_failures: Optional[Union[int, str]] = None,
-        retry: Optional[Value] = None, reuse: Optional[Value] = None, trust: bool = False,
-        fresh: bool = False) -> RunResult: ...
+        attributes: Optional[Value] = None, columns: Optional[Value] = None, root: Optional[Value] = None,
+        null: bool = False, layout: Optional[Literal["auto", "flat", "modelnet", "shapenet"]] = None,
+        labels: Optional[Value] = None, label_from_folder: bool = False, threads: Optional[Union[int, str]] = None,
+        memory: Optional[Value] = None, allow_oversize: bool = False, timeout: Optional[Value] = None,
+        max_failures: Optional[Union[int, str]] = None, retry: Optional[Value] = None, reuse: Optional[Value] = None,
+        trust: bool = False, fresh: bool = False) -> RunResult: ...
 def sample(vertices: Any, faces: Optional[ArrayLike] = None, n: int = 2048, *,
            density: Union[str, ArrayLike, Function] = "uniform", density_at: Optional[Place] = None,
            normals: Optional[ArrayLike] = None, colors: Optional[ArrayLike] = None, colors_at: Optional[Place] = None,
@@ -151,6 +152,21 @@ def sample_many(meshes: Iterable[Any], n: int = 2048, *, threads: int = 0, error
 def describe(vertices: Any, faces: Optional[ArrayLike] = None, descriptors: Union[str, Sequence[str]] = "pairs", *,
              n: int = 1024, seed: int = 1, bins: int = 32, content: Content = None, check: bool = True,
              threads: int = 0, timeout: Optional[float] = None) -> Dict[str, NDArray[numpy.float32]]: ...
+def measure(points: ArrayLike, vertices: Any, faces: Optional[ArrayLike] = None, *, boxes: int = 1000,
+            seed: int = 1) -> Dict[str, float]: ...
+
+class RemeshedMesh:
+    vertices: NDArray[numpy.float64]
+    faces: NDArray[numpy.uint32]
+    samples: int
+    report: Dict[str, float]
+
+def remesh(vertices: Any, faces: Optional[ArrayLike] = None, n: int = 2048, *, sequence: SequenceWord = "spaced",
+           density: Union[str, ArrayLike, Function] = "uniform", density_at: Optional[Place] = None,
+           content: Content = None, check: bool = True, threads: int = 0, timeout: Optional[float] = None,
+           crease_angle: float = 40.0, fit: bool = False, method: MethodWord = "auto", density_floor: float = 0.02,
+           density_exponent: float = 1.0, spacing: SpacingWord = "default", order: OrderWord = "progressive",
+           curve: Optional[CurveWord] = None, seed: int = 1) -> RemeshedMesh: ...
 def measure_boxes(points: ArrayLike, vertices: Any, faces: Optional[ArrayLike] = None, *, boxes: int = 1000,
                   seed: int = 1) -> float: ...
 def surface(shape: Union[Path, Callable[[NDArray[numpy.float64], NDArray[numpy.float64]], Any]], n: int = 2048, *,

@@ -50,7 +50,7 @@ def _load(path):
             ("sample_many", _INT, _POINTER, _POINTER, _INT, _REAL),
             ("offer", _INT, _POINTER, _COUNT, _POINTER, _INT), ("close", _INT, _POINTER), ("wait", _INT, _POINTER, _INT),
             ("row", _INT, _POINTER, ctypes.POINTER(_POINTER), ctypes.POINTER(_COUNT), _INT),
-            ("laboratory", _POINTER, _TEXT, _TEXT, ctypes.POINTER(_Given), _COUNT, _POINTER)):
+            ("call", _POINTER, _TEXT, _TEXT, ctypes.POINTER(_Given), _COUNT, _POINTER)):
         function = getattr(library, "meander_" + name)
         function.restype, function.argtypes = result, arguments
     return library
@@ -457,6 +457,16 @@ def sample_callable_surface(function, tolerance, timeout, content, **options):
 
 # ---- the rest
 
+def measure(points, mesh, boxes, seed):
+    """A dict of the measures, boxes first."""
+    ratio = measure_boxes(points, mesh, boxes, seed)
+    points = _reals(points, "points", 3)
+    if len(points) < 2:
+        raise ValueError("points is one point, which has no neighbor")
+    spread = call_laboratory("spacing_on_mesh", mesh, points=points, seed=operator.index(seed))
+    return dict(boxes=ratio, **{name: spread.__dict__[name] for name in ("rho", "least", "mean", "coverage")})
+
+
 def measure_boxes(points, mesh, boxes, seed):
     boxes, seed = operator.index(boxes), operator.index(seed)
     if not 1 <= boxes <= 200000:
@@ -472,10 +482,10 @@ def measure_boxes(points, mesh, boxes, seed):
 __version__ = _about()["version"]
 
 
-@functools.lru_cache(maxsize=4)
+@functools.lru_cache(maxsize=8)
 def settings(kind):
     """Rows of {keyword, type, default, words, list, help}. kind: "mesh", "file" (as "mesh", and what is taken over from files)
-    or "surface"; "run": the options of `meander run`, with {option, truth} too."""
+    or "surface"; "remesh": of its mesh alone; "run": the options of `meander run`, with {option, truth} too."""
     return _about()[kind + ("_options" if kind == "run" else "_settings")]
 
 
@@ -493,10 +503,10 @@ def descriptor_names():
     return _about()["descriptors"]
 
 
-# ---- the laboratory
+# ---- functions over arrays, of the product and of the laboratory
 
 class LaboratoryResult(_Object):
-    """What a function of the laboratory returned: its numbers and arrays as attributes."""
+    """What a function returned: its numbers and arrays as attributes."""
 
     def __init__(self, pointer):
         self._own(pointer)
@@ -519,7 +529,24 @@ def call_laboratory(function, staged=None, **given):
     arrays = {name: _given_array(name, value) for name, value in given.items()
               if isinstance(value, numpy.ndarray)}
     options = {name: value for name, value in given.items() if name not in arrays and value is not None}
+    return call_function(function, arrays, options, staged)
+
+
+def call_function(function, arrays, options, subject=None):
+    """arrays: contiguous, double, float32, uint32 or uint8. subject: a Mesh, or what an earlier call returned."""
     table = (_Given * len(arrays))(*(_Given(name.encode(), a.ctypes.data, a.dtype.char.encode(), len(a),
                                             a.shape[1] if a.ndim == 2 else 1) for name, a in arrays.items()))
-    return LaboratoryResult(_library.meander_laboratory(function.encode(), json.dumps(options).encode(), table,
-                                                        len(arrays), staged))
+    return LaboratoryResult(_library.meander_call(function.encode(), json.dumps(options).encode(), table, len(arrays),
+                                                  subject))
+
+
+def remesh(mesh, content, sample, lines, threads, timeout):
+    threads, timeout = _limits(threads, timeout)
+    arrays = {"content": numpy.frombuffer(_digest(content), numpy.uint8)}
+
+    def call(text):  # that of all options; each list has its own
+        given = json.loads(text)
+        return call_function("remesh", arrays, {
+            "sample": json.dumps({name: given[name] for name in sample}),
+            "mesh": json.dumps({name: given[name] for name in lines}), "threads": threads, "timeout": timeout}, mesh)
+    return _with_options(call, {**sample, **lines})

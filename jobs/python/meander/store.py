@@ -62,7 +62,7 @@ class Store:
     labels: (M,) int32 numbers of classes, -1 where unknown; class_names: the name of class 0, 1, ...
     splits: M words, "train", "test", "validation" or "none".
     columns: the names of the columns of samples that are stored, for `column` and StoreDataset.
-    attributes: the names of those that `run --attribute` stored. color_sources: M words, where the colors of a row come
+    attributes: the names of those that `run --attribute` stored. descriptors: names, of `run --describe`. color_sources: M words, where the colors of a row come
         from ("texture", "vertex", "face", "material", "none"); None for a store without colors.
     file: the h5py.File, for everything else (docs/STORE.md lists the datasets).
     """
@@ -226,6 +226,15 @@ class Store:
     def descriptor(self, name, split=None):
         """(rows, values) float32 of the same rows; NaN where it could not be made."""
         return self.column("descriptors/" + name, split)
+
+    @property
+    def descriptors(self):
+        return list(self.file.get("descriptors", ()))
+
+    def described(self, name):
+        """The numbers of the ok rows that have a descriptor, ascending. KeyError where there is none of that name."""
+        values = self.file[self.dataset_of("descriptors/" + name)][:]
+        return self.ok[numpy.isfinite(values[self.ok]).all(axis=1)]
 
     def rows(self, split=None):
         """The numbers of all ok rows, or of those in one split."""
