@@ -111,7 +111,7 @@ Table measure_spacing(PointSets& sets, MeasuredSurfaces& surfaces, const Measure
     if (set.count() < 2) throw UsageError(set.name + " is one point, which has no neighbor");
     const MeasuredSurface& surface = surfaces.of(set);
     std::vector<double> points, reference;
-    const std::uint64_t reference_count = std::max<std::uint64_t>(20000, 20 * set.count());
+    const std::uint64_t reference_count = coverage_references(set.count());
     double unit = 1;
     if (surface.kind == Kind::mesh) {
       points = working_points(set, surface.mesh);

@@ -12,6 +12,7 @@
 
 #include "io/digest.h"
 #include "jobs/python/sample_options.h"
+#include "kernels/data/samples.h"
 #include "kernels/mesh/count_limit.h"
 #include "kernels/model/model_sampler.h"
 
@@ -91,17 +92,46 @@ Content content_of(std::span<const double> positions, const Corners& corners) {
   return sha256(bytes);
 }
 
-std::span<const double> density_values(const meander_arrays& arrays) {
-  const std::span<const double> numbers(
-      arrays.density, arrays.density_of_faces != 0 ? arrays.face_count : arrays.vertex_count);
+std::span<const float> color_values(const meander_arrays& arrays) {
+  const std::uint64_t count = arrays.colors_of_faces != 0 ? arrays.face_count : arrays.vertex_count;
+  const std::span<const float> numbers(arrays.colors, 3 * count);
   for (std::size_t i = 0; i < numbers.size(); ++i)
-    if (!(numbers[i] >= 0) || std::isinf(numbers[i]))
+    if (numbers[i] < 0 || numbers[i] > 1)
       throw std::invalid_argument(
-          fmt::format("density[{}] is {}: densities are finite and not negative", i, numbers[i]));
+          fmt::format("colors[{}, {}] is {}: colors are real numbers from 0 to 1, or of the type uint8",
+                      i / 3, i % 3, numbers[i]));
   return numbers;
 }
 
+// One attribute for each of its numbers, as columns of attributes are made of them.
+void add_attribute(const meander_attribute& given, std::uint64_t count, PolygonMesh& mesh) {
+  if (given.width < 1 || given.width > attribute_suffixes[0].size())
+    throw std::invalid_argument(fmt::format("the attribute `{}` has {} numbers of each, where 1 to {} may be",
+                                            given.name, given.width, attribute_suffixes[0].size()));
+  for (std::uint64_t k = 0; k < given.width; ++k) {
+    ScalarAttribute attribute{
+        given.width == 1 ? given.name : given.name + std::string(attribute_suffixes[0][k]),
+        std::vector<double>(count), given.classes != 0};
+    for (std::uint64_t i = 0; i < count; ++i) attribute.values[i] = given.values[given.width * i + k];
+    (given.of_faces != 0 ? mesh.asked_face_attributes : mesh.asked_attributes)
+        .push_back(std::move(attribute));
+  }
+}
+
 }  // namespace
+
+void set_density(PolygonMesh& mesh, std::span<const double> values, bool of_faces) {
+  const std::size_t count = of_faces ? mesh.polygon_count() : mesh.vertex_count();
+  if (values.size() != count)
+    throw std::invalid_argument(fmt::format("density has {} values for {} {}", values.size(), count,
+                                            of_faces ? "faces" : "vertices"));
+  for (std::size_t i = 0; i < values.size(); ++i)
+    if (!(values[i] >= 0) || std::isinf(values[i]))
+      throw std::invalid_argument(
+          fmt::format("density[{}] is {}: densities are finite and not negative", i, values[i]));
+  (of_faces ? mesh.face_attributes : mesh.vertex_attributes)
+      .push_back({density_attribute, {values.begin(), values.end()}});
+}
 
 void require_finite(std::span<const double> triples, const char* name) {
   const std::size_t bad = first_infinite(triples);
@@ -122,15 +152,20 @@ ContentMesh mesh_of_arrays(const meander_arrays& arrays) {
     for (const double number : std::span(arrays.normals, 3 * count))
       normals.push_back(static_cast<float>(number));
   mesh.normals = normals;
-  if (arrays.density != nullptr)
-    (arrays.density_of_faces != 0 ? mesh.face_attributes : mesh.vertex_attributes)
-        .push_back({density_attribute, density_values(arrays)});
+  if (arrays.colors != nullptr)
+    (arrays.colors_of_faces != 0 ? mesh.face_colors : mesh.vertex_colors) = color_values(arrays);
   ContentMesh result;
   if (arrays.content != nullptr)
     std::copy_n(arrays.content, result.content.size(), result.content.begin());
   else
     result.content = content_of(positions, corners);
   result.mesh = polygon_mesh_of(mesh);
+  if (arrays.density != nullptr) {
+    const bool of_faces = arrays.density_of_faces != 0;
+    set_density(result.mesh, {arrays.density, of_faces ? arrays.face_count : arrays.vertex_count}, of_faces);
+  }
+  for (const meander_attribute& given : std::span(arrays.attributes, arrays.attribute_count))
+    add_attribute(given, given.of_faces != 0 ? arrays.face_count : arrays.vertex_count, result.mesh);
   return result;
 }
 

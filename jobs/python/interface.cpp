@@ -4,6 +4,7 @@
 #include <exception>
 #include <memory>
 #include <new>
+#include <optional>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -14,17 +15,17 @@
 #include "io/digest.h"
 #include "io/json_writer.h"
 #include "io/run_error.h"
-#include "io/table/npy_header.h"
 #include "jobs/cli/usage_error.h"
 #include "jobs/inputs/surface_sources.h"
+#include "jobs/python/about_text.h"
+#include "jobs/python/array_functions.h"
 #include "jobs/python/array_mesh.h"
 #include "jobs/python/laboratory_call.h"
 #include "jobs/python/row_text.h"
 #include "jobs/python/sample_options.h"
 #include "jobs/python/sampling_work.h"
-#include "kernels/model/sample_settings.h"
-#include "kernels/surface/surface_settings.h"
-#include "meander_version.h"
+#include "jobs/rows/attribute_types.h"
+#include "kernels/sample/column_makers.h"
 
 struct meander_object {
   meander_object() = default;
@@ -43,8 +44,8 @@ struct FunctionGaveUp : std::runtime_error {
 };
 
 struct SamplerObject : meander_object {
-  explicit SamplerObject(const char* options)
-      : sampler(std::make_shared<ModelSampler>(sample_parameters(options))) {}
+  explicit SamplerObject(const SampleParameters& parameters)
+      : sampler(std::make_shared<ModelSampler>(parameters)) {}
   SharedSampler sampler;
 };
 struct MeshObject : meander_object {
@@ -135,16 +136,27 @@ int done(const Call& call) noexcept {
   });
 }
 
-ContentMesh mesh_of_file(const std::string& path) {
-  const PackedFile packed = find_packed(path);
-  MeshFormat format{};
-  if (!mesh_format_of(packed ? packed.facts().name : path, format))
+ModelPlace place_of(const std::string& path) {
+  ModelPlace place{path, find_packed(path)};
+  if (!mesh_format_of(place.packed ? place.packed.facts().name : path, place.format))
     throw ItemError(Status::unsupported_format, "`" + path + "` is no " + mesh_extensions("or") + " file");
-  const ModelBytes bytes({path, packed, format});
+  return place;
+}
+
+ContentMesh mesh_of_file(const std::string& path, const SampleParameters& parameters) {
+  const ModelBytes bytes(place_of(path), ~std::uint64_t{0},
+                         any_reads(parameters.columns, &ColumnReads::colors));
   ContentMesh mesh;
   mesh.content = bytes.content_sha256();
-  mesh.mesh = bytes.mesh();
+  mesh.mesh = bytes.mesh({}, {}, {reads_coordinates(parameters), parameters.attributes});
   return mesh;
+}
+
+// Columns of attributes hold classes as in a run over this file.
+void choose_attribute_kinds(const char* path, std::vector<AttributeColumn>& columns) {
+  std::vector<PlanItem> items;
+  if (path != nullptr) static_cast<ModelPlace&>(items.emplace_back()) = place_of(path);
+  choose_kinds(columns, nullptr, items);
 }
 
 WorkLimits limits_of(int threads, double timeout) {
@@ -163,98 +175,38 @@ SurfaceFunction surface_function(meander_function function, void* context) {
   };
 }
 
-template <class Names>
-void add_names(JsonWriter& json, const char* name, const Names& names) {
-  json.key(name);
-  json.begin_array();
-  for (const std::string_view text : names) json.value(text);
-  json.end_array();
-}
-
-// The settings with a keyword, as Python shows them: {keyword, type, default, words, help}.
-template <class Settings>
-void add_settings(JsonWriter& json, std::span<const SettingList<Settings>* const> lists) {
-  const Settings defaults;
-  for (const SettingList<Settings>* const list : lists)
-    for (const Setting<Settings>& setting : list->items()) {
-      if (setting.keyword.empty()) continue;
-      const SettingValue value = setting.value(defaults);
-      const bool truth = !setting.truth.first.empty() || std::holds_alternative<bool>(value);
-      json.begin_object();
-      json.member("keyword", setting.keyword);
-      json.member("type", truth                                        ? "bool"
-                          : std::holds_alternative<std::string>(value) ? "str"
-                          : std::holds_alternative<double>(value)      ? "float"
-                                                                       : "int");
-      json.key("default");
-      if (!setting.shows_default)
-        json.null();
-      else if (!setting.truth.first.empty())
-        json.value(std::get<std::string>(value) == setting.truth.first);
-      else
-        std::visit([&](const auto& content) { json.value(content); }, value);
-      add_names(json, "words", truth ? std::vector<std::string>() : setting.words);
-      json.member("help", setting.help);
-      json.end_object();
-    }
-}
-
-// The columns of samples: {dataset, former (in older stores, where that is another name), array, type, width,
-// doc, always, in_python}.
-void add_columns(JsonWriter& json) {
-  const Samples none;
-  json.key("columns");
-  json.begin_array();
-  for (const SampleColumn& column : sample_columns) {
-    json.begin_object();
-    json.member("dataset", column.name);
-    json.member("former", column.name_in(0));
-    json.member("array", column.array_name());
-    with_array(column, none,
-               [&]<class Value>(const std::vector<Value>&) { json.member("type", numpy_type<Value>); });
-    json.member("width", column.width);
-    json.member("doc", column.doc);
-    json.member("always", column.having == Having::all);
-    json.member("in_python", column.is_in_python());
-    json.end_object();
-  }
-  json.end_array();
-}
-
 }  // namespace
 
 const char* meander_about() {
-  return guarded<const char*>(nullptr, [] {
-    JsonWriter json;
-    json.begin_object();
-    json.member("version", meander_version);
-    add_names(json, "surfaces", surface_names());
-    add_names(json, "descriptors", descriptor_names);
-    add_columns(json);
-    json.key("mesh_settings");
-    json.begin_array();
-    add_settings<SampleParameters>(json, sample_settings());
-    json.end_array();
-    json.key("surface_settings");
-    json.begin_array();
-    const SurfaceSettings* const surface[] = {&surface_settings()};
-    add_settings<SurfaceSampleParameters>(json, surface);
-    json.end_array();
-    json.end_object();
-    return keep(json.text());
-  });
+  return guarded<const char*>(nullptr, [] { return keep(about_text()); });
 }
 
 const char* meander_error() { return last_error.c_str(); }
 
 void meander_release(meander_object* object) { delete object; }
 
-meander_object* meander_sampler(const char* options) {
-  return made([&] { return std::make_unique<SamplerObject>(options); });
+meander_object* meander_sampler(const char* options, int of_files, const char* path) {
+  return made([&] {
+    SampleParameters parameters = sample_parameters(options, of_files != 0);
+    if (of_files != 0 && !parameters.attributes.empty()) choose_attribute_kinds(path, parameters.attributes);
+    return std::make_unique<SamplerObject>(parameters);
+  });
 }
 
-meander_object* meander_mesh_of_file(const char* path) {
-  return made([&] { return std::make_unique<MeshObject>(mesh_of_file(path)); });
+meander_object* meander_mesh_of_file(const char* path, meander_object* sampler) {
+  return made([&] {
+    return std::make_unique<MeshObject>(mesh_of_file(
+        path, sampler != nullptr ? as<SamplerObject>(sampler).sampler->parameters() : SampleParameters{}));
+  });
+}
+
+meander_object* meander_mesh_with_density(meander_object* mesh, const double* density, std::uint64_t count,
+                                          int of_faces) {
+  return made([&] {
+    ContentMesh copy = *as<MeshObject>(mesh).mesh;
+    set_density(copy.mesh, {density, count}, of_faces != 0);
+    return std::make_unique<MeshObject>(std::move(copy));
+  });
 }
 
 meander_object* meander_mesh_of_arrays(const meander_arrays* arrays) {
@@ -332,9 +284,9 @@ int meander_wait(meander_object* work, int milliseconds) {
   });
 }
 
-int meander_row(meander_object* work, meander_object** row, std::uint64_t* index) {
+int meander_row(meander_object* work, meander_object** row, std::uint64_t* index, int milliseconds) {
   return guarded(-1, [&] {
-    auto taken = as<WorkObject>(work).work.take_row();
+    auto taken = as<WorkObject>(work).work.take_row(std::chrono::milliseconds(milliseconds));
     if (!taken) return 0;
     *index = taken->index;
     *row = std::make_unique<RowObject>(std::move(*taken)).release();
@@ -352,19 +304,22 @@ GivenArray given_array(const meander_array& array) {
   GivenArray given{array.name, {}, array.rows, array.columns};
   if (array.type == 'd')
     given.values = span(double{});
+  else if (array.type == 'f')
+    given.values = span(float{});
   else if (array.type == 'I')
     given.values = span(std::uint32_t{});
   else if (array.type == 'B')
     given.values = span(std::uint8_t{});
   else
-    throw std::invalid_argument(given.name + " is an array of another type than double, uint32 or uint8");
+    throw std::invalid_argument(given.name +
+                                " is an array of another type than double, float, uint32 or uint8");
   return given;
 }
 
 }  // namespace
 
-meander_object* meander_laboratory(const char* function, const char* options, const meander_array* arrays,
-                                   std::uint64_t count, meander_object* subject) {
+meander_object* meander_call(const char* function, const char* options, const meander_array* arrays,
+                             std::uint64_t count, meander_object* subject) {
   return made([&] {
     std::vector<GivenArray> given;
     for (std::uint64_t i = 0; i < count; ++i) given.push_back(given_array(arrays[i]));
@@ -373,7 +328,9 @@ meander_object* meander_laboratory(const char* function, const char* options, co
       about.mesh = {mesh->mesh, &mesh->mesh->mesh};
     else if (subject != nullptr)
       about.staged = as<LaboratoryObject>(subject).result.staged;
-    return std::make_unique<LaboratoryObject>(
-        call_laboratory(function, LaboratoryArguments(options, std::move(given), std::move(about))));
+    const LaboratoryArguments arguments(options, std::move(given), std::move(about));
+    std::optional<LaboratoryResult> result = call_array_function(function, arguments);
+    return std::make_unique<LaboratoryObject>(result ? std::move(*result)
+                                                     : call_laboratory(function, arguments));
   });
 }

@@ -68,15 +68,22 @@ std::vector<std::string> LaboratoryArguments::words(std::string_view name) const
   return result;
 }
 
-const GivenArray& LaboratoryArguments::array(std::string_view name, std::uint64_t columns) const {
+const GivenArray& LaboratoryArguments::array(std::string_view name) const {
   const auto found =
       std::find_if(arrays_.begin(), arrays_.end(), [&](const GivenArray& a) { return a.name == name; });
   if (found == arrays_.end()) refuse(name, "must be an array");
-  if (found->columns != columns)
-    throw std::invalid_argument(
-        fmt::format("{} has {} columns where {} are needed", name, found->columns, columns));
   return *found;
 }
+
+const GivenArray& LaboratoryArguments::array(std::string_view name, std::uint64_t columns) const {
+  const GivenArray& found = array(name);
+  if (found.columns != columns)
+    throw std::invalid_argument(
+        fmt::format("{} has {} columns where {} are needed", name, found.columns, columns));
+  return found;
+}
+
+std::uint64_t LaboratoryArguments::columns(std::string_view name) const { return array(name).columns; }
 
 namespace {
 
@@ -91,6 +98,10 @@ std::span<const Value> values_of(const GivenArray& array, const char* what) {
 
 std::span<const double> LaboratoryArguments::reals(std::string_view name, std::uint64_t columns) const {
   return values_of<double>(array(name, columns), "must be real numbers");
+}
+
+std::span<const float> LaboratoryArguments::floats(std::string_view name, std::uint64_t columns) const {
+  return values_of<float>(array(name, columns), "must be of the type float32");
 }
 
 std::span<const std::uint32_t> LaboratoryArguments::numbers(std::string_view name,

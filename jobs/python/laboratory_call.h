@@ -1,4 +1,5 @@
-// Calls of functions of the laboratory over arrays, by their names: meander.laboratory in Python.
+// Calls of functions over arrays, by their names: those of array_functions.h, and of the laboratory
+// (meander.laboratory in Python).
 #pragma once
 
 #include <cstdint>
@@ -19,7 +20,9 @@ namespace meander {
 // An array that a caller holds: rows x columns values, row by row; one column of arrays of one dimension.
 struct GivenArray {
   std::string name;
-  std::variant<std::span<const double>, std::span<const std::uint32_t>, std::span<const std::uint8_t>> values;
+  std::variant<std::span<const double>, std::span<const float>, std::span<const std::uint32_t>,
+               std::span<const std::uint8_t>>
+      values;
   std::uint64_t rows = 0, columns = 1;
 };
 
@@ -45,8 +48,10 @@ class LaboratoryArguments {
   std::string text(std::string_view name, const std::string& otherwise) const;
   bool flag(std::string_view name) const;                       // false where it is not given
   std::vector<std::string> words(std::string_view name) const;  // a list of texts; none where it is not given
+  std::uint64_t columns(std::string_view name) const;           // of an array
   // Throw where the array has another number of columns. Real numbers are double, numbers of things uint32.
   std::span<const double> reals(std::string_view name, std::uint64_t columns = 1) const;
+  std::span<const float> floats(std::string_view name, std::uint64_t columns = 1) const;
   std::span<const std::uint32_t> numbers(std::string_view name, std::uint64_t columns = 1) const;
   std::span<const std::uint8_t> bytes(std::string_view name, std::uint64_t columns = 1) const;
   // One column of an array of two, or of three: x of points.
@@ -58,6 +63,7 @@ class LaboratoryArguments {
   const Model& staged() const;
 
  private:
+  const GivenArray& array(std::string_view name) const;
   const GivenArray& array(std::string_view name, std::uint64_t columns) const;
 
   JsonTree options_;

@@ -3,6 +3,7 @@
     PYTHONPATH=build/release/python python3 jobs/python/make_stub.py           writes jobs/python/meander/__init__.pyi
     PYTHONPATH=build/release/python python3 jobs/python/make_stub.py --check   exit status 1 where it is another
 """
+import inspect
 import os
 import re
 import sys
@@ -11,6 +12,7 @@ import textwrap
 import numpy
 
 sys.path.pop(0)  # this folder has the package's sources, without its library
+import meander  # noqa: E402
 from meander import _core  # noqa: E402
 
 FOLDER = os.path.dirname(os.path.abspath(__file__))
@@ -22,6 +24,12 @@ def alias(keyword):
 
 
 def parameter(row):
+    if "option" in row:  # of the program, which has the defaults
+        return "%s: %s" % (row["keyword"], "bool = False" if row["type"] == "bool" and not row["truth"] else "Optional[%s] = None" % (
+            "Literal[%s]" % ", ".join('"%s"' % word for word in row["words"]) if row["words"] and not row["list"] else
+            "Value" if row["type"] == "str" else "Union[int, str]" if row["type"] == "int" else row["type"]))
+    if row["list"]:
+        return "%s: Union[str, Sequence[str]] = ()" % row["keyword"]
     optional = row["default"] is None
     kind = alias(row["keyword"]) if row["words"] else row["type"]
     default = float(row["default"]) if row["type"] == "float" else row["default"]
@@ -39,26 +47,36 @@ def wrapped(line):
         return line
     for whole in (" = ", ": ", " -> "):  # no line ends within a parameter
         line = line.replace(whole, whole.replace(" ", "\xa0"))
+    depth = 0
+    characters = list(line)
+    for at, character in enumerate(line):
+        depth += (character == "[") - (character == "]")
+        if character == " " and depth > 0:
+            characters[at] = "\xa0"
+    line = "".join(characters)
     return textwrap.fill(line, 120, subsequent_indent=" " * (line.index("(") + 1), break_long_words=False,
                          break_on_hyphens=False).replace("\xa0", " ")
 
 
 def stub():
-    rows = {kind: _core.settings(kind) for kind in ("mesh", "surface")}
+    rows = {kind: _core.settings(kind) for kind in ("mesh", "file", "surface", "remesh", "run")}
     aliases = {row["keyword"]: "%s = Literal[%s]" % (alias(row["keyword"]), ", ".join('"%s"' % w for w in row["words"]))
                for row in rows["mesh"] if row["words"]}
     lines = []
     for line in open(os.path.join(FOLDER, "stub.pyi.in")):
         line = line.rstrip("\n")
         if line == "    {columns}":
-            lines += (column(row) for row in _core.columns() if row["in_python"])
+            lines += (column(row) for row in _core.columns())
             continue
         if line == "{aliases}":
             lines += aliases.values()
             continue
         own = set(re.findall(r"(\w+): ", line))
+        function = re.match(r"def (\w+)\(.*{", line)
+        taken = inspect.signature(getattr(meander, function[1])).parameters if function else ()
         for kind, settings in rows.items():
-            line = line.replace("{%s}" % kind, ", ".join(parameter(row) for row in settings if row["keyword"] not in own))
+            line = line.replace("{%s}" % kind, ", ".join(parameter(row) for row in settings
+                                                         if row["keyword"] in taken and row["keyword"] not in own))
         lines.append(wrapped(line))
     return "\n".join(lines) + "\n"
 

@@ -39,7 +39,10 @@ void add_array(JsonWriter& json, std::string_view name, Values& values, std::uin
 std::string exact_text(double number) { return fmt::format("{:a}", number); }
 
 // Whether the value of a column is an array.
-bool is_array(const ItemColumn& column) { return type_of(column).width > 0 && type_of(column).names.empty(); }
+bool is_array(const ItemColumn& column) {
+  const ColumnType type = type_of(column);
+  return type.width > 0 && type.names.empty() && type.element != ElementType::text;
+}
 
 void add_item_array(JsonWriter& json, const ItemColumn& column, ItemReport& report) {
   std::visit(
@@ -50,6 +53,22 @@ void add_item_array(JsonWriter& json, const ItemColumn& column, ItemReport& repo
           add_values(json, column.short_name(), report.*member, 3);
       },
       column.member);
+}
+
+// As many as were asked for: those of classes are in a list of their own.
+void add_attributes(JsonWriter& json, SampledRow& sampled) {
+  Samples& samples = sampled.row.samples;
+  json.key("attributes");
+  json.begin_object();
+  for (std::size_t c = 0; c < sampled.attributes.size(); ++c) {
+    const AttributeColumn& column = sampled.attributes[c];
+    const std::uint64_t width = column.width > 1 ? column.width : 0;
+    if (column.is_classes())
+      add_values(json, column.name, samples.classes.at(c), width);
+    else
+      add_values(json, column.name, samples.attributes.at(c), width);
+  }
+  json.end_object();
 }
 
 }  // namespace
@@ -75,13 +94,14 @@ std::string text_of(WeightedRow& weighted) {
   json.key("arrays");
   json.begin_object();
   for (const SampleColumn& column : sample_columns)
-    if (column.is_in_python())
-      with_array(column, samples,
-                 [&](auto& values) { add_array(json, column.array_name(), values, column.width); });
+    with_array(column, samples,
+               [&](auto& values) { add_array(json, column.array_name(), values, column.width); });
   add_array(json, "weights", weighted.weights, 0);
   for (const ItemColumn& column : item_columns)
     if (column.is_in_python() && is_array(column)) add_item_array(json, column, row.report);
   json.end_object();
+  add_attributes(json, weighted.sampled);
+  json.member("names", row.names);
   json.key("descriptors");
   json.begin_object();
   for (DescriptorRow& descriptor : row.descriptors) add_array(json, descriptor.name, descriptor.values, 0);

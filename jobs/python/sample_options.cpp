@@ -15,6 +15,7 @@
 #include "jobs/cli/settings.h"
 #include "kernels/density/density_text.h"
 #include "kernels/density/formula_density.h"
+#include "kernels/model/remesh_model.h"
 #include "kernels/model/sample_settings.h"
 #include "kernels/surface/surface_settings.h"
 
@@ -94,7 +95,7 @@ bool take_own_density(Members& members, DensityParameters& density) {
   return true;
 }
 
-// What meshes of arrays do not have.
+// What meshes that are given as arrays do not have.
 void check_density(const DensityParameters& density, std::vector<std::string>& problems) {
   if (is_formula(density.kind) && uses_coordinates(density))
     problems.emplace_back("density: `u` and `v` are texture coordinates, which meshes here do not have");
@@ -107,14 +108,26 @@ void check_density(const DensityParameters& density, std::vector<std::string>& p
 
 }  // namespace
 
-SampleParameters sample_parameters(std::string_view json) {
+SampleParameters sample_parameters(std::string_view json, bool of_files) {
   std::vector<std::string> problems;
   SampleParameters parameters;
   Members members = JsonObject(json, "options").members();
   const bool has_numbers = take_own_density(members, parameters.density);
   take_keywords<SampleParameters>(members, sample_settings(), parameters, problems);
-  if (!has_numbers) check_density(parameters.density, problems);
+  if (!has_numbers && !of_files) check_density(parameters.density, problems);
+  // As in stores: what the images are is then in the samples too.
+  if (reads_textures(parameters.density.kind)) parameters.columns[&Samples::rgb] = true;
   if (problems.empty()) problems = validate(parameters);
+  throw_problems(problems);
+  return parameters;
+}
+
+RemeshParameters remesh_parameters(std::string_view json) {
+  std::vector<std::string> problems;
+  RemeshParameters parameters;
+  const SettingList<RemeshParameters>* const lists[] = {&remesh_settings()};
+  take_keywords<RemeshParameters>(JsonObject(json, "options").members(), lists, parameters, problems);
+  check_ranges(remesh_settings(), parameters, problems);
   throw_problems(problems);
   return parameters;
 }

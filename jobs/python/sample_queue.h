@@ -9,6 +9,7 @@
 #include <mutex>
 #include <optional>
 #include <utility>
+#include <vector>
 
 #include "jobs/python/array_mesh.h"
 #include "kernels/data/samples.h"
@@ -21,6 +22,7 @@ struct SampledRow {
   std::uint64_t index = 0;
   Content content{};
   Row row;
+  std::vector<AttributeColumn> attributes = {};  // what the attributes of row.samples are called
 };
 
 class SampleQueue {
@@ -62,10 +64,12 @@ class SampleQueue {
   void put(SampledRow row) {
     const std::lock_guard lock(mutex_);
     done_.push_back(std::move(row));
+    changed_.notify_all();
   }
-  std::optional<SampledRow> take_done() {
-    const std::lock_guard lock(mutex_);
-    if (done_.empty()) return std::nullopt;
+  // None when there is none within that time.
+  std::optional<SampledRow> take_done(std::chrono::milliseconds patience) {
+    std::unique_lock lock(mutex_);
+    if (!changed_.wait_for(lock, patience, [this] { return !done_.empty(); })) return std::nullopt;
     SampledRow row = std::move(done_.front());
     done_.pop_front();
     return row;

@@ -20,30 +20,6 @@ namespace {
 // Above this a call is worth a thread of its own, so that its caller can end it.
 constexpr std::size_t long_work = 200000;
 
-CancelToken token_of(const std::atomic<bool>* cancelled, std::optional<double> timeout) {
-  CancelToken token;
-  token.cancelled = cancelled;
-  if (timeout)
-    token.deadline =
-        std::chrono::steady_clock::now() + std::chrono::duration_cast<std::chrono::steady_clock::duration>(
-                                               std::chrono::duration<double>(*timeout));
-  return token;
-}
-
-// Calls work() in as many threads; all that there are for 0.
-template <class Work>
-void with_threads(int threads, const Work& work) {
-  require_task_memory();
-  if (threads == 0) {
-    work();
-    return;
-  }
-  std::optional<oneapi::tbb::global_control> more;
-  if (threads > oneapi::tbb::info::default_concurrency())
-    more.emplace(oneapi::tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(threads));
-  oneapi::tbb::task_arena(threads).execute(work);
-}
-
 bool is_long_work(const ModelSampler& sampler, const PolygonMesh& mesh) {
   const SampleParameters& p = sampler.parameters();
   const std::size_t spaced = p.sequence == SequenceKind::spaced ? 10 : 1;
@@ -69,11 +45,33 @@ void sample_all(const ModelSampler& sampler, SampleQueue& queue, std::size_t tok
             ContentMesh& mesh = *entry->mesh;
             Row row = sampler.sample(std::move(mesh.mesh), mesh.content, token_of(&cancelled, timeout));
             mesh.mesh = {};
-            queue.put({entry->index, mesh.content, std::move(row)});
+            queue.put({entry->index, mesh.content, std::move(row), sampler.parameters().attributes});
           }));
 }
 
 }  // namespace
+
+CancelToken token_of(const std::atomic<bool>* cancelled, std::optional<double> timeout) {
+  CancelToken token;
+  token.cancelled = cancelled;
+  if (timeout)
+    token.deadline =
+        std::chrono::steady_clock::now() + std::chrono::duration_cast<std::chrono::steady_clock::duration>(
+                                               std::chrono::duration<double>(*timeout));
+  return token;
+}
+
+void with_threads(int threads, const std::function<void()>& work) {
+  require_task_memory();
+  if (threads == 0) {
+    work();
+    return;
+  }
+  std::optional<oneapi::tbb::global_control> more;
+  if (threads > oneapi::tbb::info::default_concurrency())
+    more.emplace(oneapi::tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(threads));
+  oneapi::tbb::task_arena(threads).execute(work);
+}
 
 SamplingWork::~SamplingWork() { queue_.close(); }
 
@@ -89,8 +87,8 @@ void SamplingWork::sample(SharedSampler sampler, SharedMesh mesh, const WorkLimi
                keep_mesh](const std::atomic<bool>* cancelled) {
     with_threads(limits.threads, [&] {
       PolygonMesh polygons = keep_mesh ? mesh->mesh : std::move(mesh->mesh);
-      queue_.put({0, mesh->content,
-                  sampler->sample(std::move(polygons), mesh->content, token_of(cancelled, limits.timeout))});
+      Row row = sampler->sample(std::move(polygons), mesh->content, token_of(cancelled, limits.timeout));
+      queue_.put({0, mesh->content, std::move(row), sampler->parameters().attributes});
     });
   };
   if (is_long)
@@ -150,6 +148,8 @@ bool SamplingWork::ended_within(std::chrono::milliseconds time) {
   return !background_ || background_->ended_within(time);
 }
 
-std::optional<SampledRow> SamplingWork::take_row() { return queue_.take_done(); }
+std::optional<SampledRow> SamplingWork::take_row(std::chrono::milliseconds time) {
+  return queue_.take_done(time);
+}
 
 }  // namespace meander

@@ -5,6 +5,7 @@
 #include <atomic>
 #include <chrono>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -25,6 +26,10 @@ struct WorkLimits {
   int threads = 0;
   std::optional<double> timeout;
 };
+
+CancelToken token_of(const std::atomic<bool>* cancelled, std::optional<double> timeout);
+// Calls work() in as many threads; all that there are for 0.
+void with_threads(int threads, const std::function<void()>& work);
 
 // One of the functions that start it may be called, once; what they throw ends it. A mesh or a surface that
 // cannot be sampled gives a row with its status.
@@ -51,8 +56,8 @@ class SamplingWork {
 
   // Rethrows what the work threw.
   bool ended_within(std::chrono::milliseconds time);
-  // Any of the rows that are done.
-  std::optional<SampledRow> take_row();
+  // Any of the rows that are done; none when there is none within that time.
+  std::optional<SampledRow> take_row(std::chrono::milliseconds time);
 
  private:
   void begin();

@@ -5,6 +5,7 @@
 #include "jobs/cli/option_words.h"
 #include "jobs/cli/usage_error.h"
 #include "jobs/inputs/input_options.h"
+#include "kernels/model/remesh_model.h"
 
 namespace meander {
 
@@ -23,15 +24,7 @@ const RemeshSettings& mesh_settings() {
             "format", "--format", [](auto& options) -> auto& { return options.format; }, format_words,
             "Of the files that are written")
         .common();
-    made.number(
-        "crease_angle", "--crease-angle",
-        [](auto& options) -> auto& { return options.mesh.lines.crease_angle; }, 1, 180,
-        "Edges with this angle or more between their triangles stay edges, 1 to 180 degrees; 180: none");
-    made.flag(
-            "fit", "--fit", [](auto& options) -> auto& { return options.mesh.fit; },
-            "Flip edges and move the samples along their normals, so that the mesh is nearer to the surface, "
-            "and onto creases beside them")
-        .common();
+    made.append(remesh_settings(), &RemeshOptions::mesh);
     return made;
   }();
   return list;

@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "kernels/sample/point_frames.h"
+#include "kernels/model/remesh_model.h"
 #include "pipeline/memory_estimate.h"
 
 namespace meander {
@@ -34,44 +34,6 @@ void check_memory(const GraphItem& item, const SampleParameters& parameters, boo
   if (needed > item.reserved_bytes) throw NeedsMoreMemory(needed);
 }
 
-// Vertices that are neither moved nor made here are, bit by bit, where the samples and the file have them.
-void to_file_coordinates(const Model& model, const std::vector<double>& samples, RemeshedSurface& mesh) {
-  const PreparedMesh& surface = model.surface;
-  const std::size_t n = samples.size() / 3;
-  std::vector<std::uint32_t> slot;  // a corner in the file, of the vertices of the surface
-  if (mesh.x.size() > n) {
-    slot.assign(surface.vertex_count(), no_index);
-    for (std::size_t h = 0; h < surface.triangles.size(); ++h)
-      slot[surface.triangles[h]] = surface.corner_slot[h];
-  }
-  for (std::size_t v = 0; v < mesh.x.size(); ++v) {
-    const Vector3 working{mesh.x[v], mesh.y[v], mesh.z[v]};
-    const std::uint32_t origin = v < n ? no_index : mesh.origin[v - n];
-    Vector3 at = to_file(surface, working);
-    if (origin != no_index) {
-      const std::uint32_t corner = model.file.corners[slot[origin]];
-      at = {model.file.x[corner], model.file.y[corner], model.file.z[corner]};
-    } else if (v < n && working.x == samples[3 * v] && working.y == samples[3 * v + 1] &&
-               working.z == samples[3 * v + 2]) {
-      at = file_point(model.row.report, model.row.samples.points, v);
-    }
-    mesh.x[v] = at.x;
-    mesh.y[v] = at.y;
-    mesh.z[v] = at.z;
-  }
-}
-
-RemeshedSurface remesh(Model& model, const RemeshParameters& parameters) {
-  release_charts(model);
-  const Samples& samples = model.row.samples;
-  const std::vector<double> places = working_points(model.row.report, samples.points, model.surface);
-  RemeshedSurface mesh =
-      remesh_surface(model.surface, {samples.triangle, samples.barycentric, places, samples.curve_rank},
-                     model.measure.masses, parameters, model.cancel);
-  to_file_coordinates(model, places, mesh);
-  return mesh;
-}
-
 }  // namespace
 
 std::uint64_t remesh_bytes(const MeshEstimate& mesh, std::uint32_t samples, bool fit,
@@ -96,7 +58,7 @@ void add_remesh_stages(
     check_memory(item, parameters, fit, carried);
   };
   stages.push_back({"remesh_surface", [mesh, carried, made = std::move(made)](GraphItem& item) {
-                      const RemeshedSurface model = remesh(item.model, mesh);
+                      const RemeshedSurface model = remesh_model(item.model, mesh);
                       const CarriedValues values = carried_values(item.model, model, carried);
                       item.model.cancel.check();
                       made(*item.plan, model, values);

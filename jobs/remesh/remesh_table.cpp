@@ -18,36 +18,8 @@ namespace meander {
 
 namespace {
 
-// The columns of numbers: their names, and where a record has them.
-struct Column {
-  const char* name;
-  std::int64_t (*get)(const RemeshRecord&);
-  void (*set)(RemeshRecord&, std::int64_t);
-};
-template <auto Member>
-constexpr Column of_mesh(const char* name) {
-  return {name, [](const RemeshRecord& r) { return static_cast<std::int64_t>(r.mesh.*Member); },
-          [](RemeshRecord& r, std::int64_t value) {
-            using Value = std::remove_reference_t<decltype(r.mesh.*Member)>;
-            r.mesh.*Member = static_cast<Value>(value);
-          }};
-}
-constexpr Column columns[] = {
-    {"samples", [](const RemeshRecord& r) { return std::int64_t{r.samples}; },
-     [](RemeshRecord& r, std::int64_t value) { r.samples = static_cast<std::uint32_t>(value); }},
-    of_mesh<&RemeshReport::vertices>("vertices"),
-    of_mesh<&RemeshReport::line_vertices>("line_vertices"),
-    of_mesh<&RemeshReport::kept_vertices>("kept_vertices"),
-    of_mesh<&RemeshReport::faces>("faces"),
-    of_mesh<&RemeshReport::components>("components"),
-    of_mesh<&RemeshReport::boundary_loops>("boundary_loops"),
-    of_mesh<&RemeshReport::euler>("euler"),
-    of_mesh<&RemeshReport::dropped_components>("dropped_components"),
-    of_mesh<&RemeshReport::coincident_samples>("coincident_samples"),
-    of_mesh<&RemeshReport::coarse_lines>("coarse_lines"),
-    of_mesh<&RemeshReport::crossings>("crossings"),
-    of_mesh<&RemeshReport::input_crossings>("input_crossings"),
-    of_mesh<&RemeshReport::partial_search>("partial_search")};
+// The column of whole numbers in front of those of the mesh (remesh_counts).
+constexpr const char* samples_column = "samples";
 
 struct Fraction {
   const char* name;
@@ -68,7 +40,8 @@ RemeshRecord record_of(const JsonObject& json, const std::string& source) {
   record.message = json.text("message").value_or("");
   record.file = json.text("file").value_or("");
   record.lacks = json.text("lacks").value_or("");
-  for (const Column& column : columns) column.set(record, json.integer(column.name).value_or(0));
+  record.samples = static_cast<std::uint32_t>(json.integer(samples_column).value_or(0));
+  for (const RemeshCount& count : remesh_counts) count.set(record.mesh, json.integer(count.name).value_or(0));
   for (const Fraction& fraction : fractions) {
     const auto found = json.members().find(fraction.name);
     if (found != json.members().end()) fraction.in(record) = std::strtod(found->second.c_str(), nullptr);
@@ -83,8 +56,10 @@ void write_record(JsonWriter& json, RemeshRecord record) {
   json.member("message", record.message);
   json.member("file", record.file);
   if (!record.lacks.empty()) json.member("lacks", record.lacks);
-  if (record.status == Status::ok)
-    for (const Column& column : columns) json.member(column.name, column.get(record));
+  if (record.status == Status::ok) {
+    json.member(samples_column, std::int64_t{record.samples});
+    for (const RemeshCount& count : remesh_counts) json.member(count.name, count.of(record.mesh));
+  }
   for (const Fraction& fraction : fractions) json.member(fraction.name, fraction.in(record));
   json.member("input_bytes", record.input.bytes);
   json.member("input_modified", record.input.modified);
@@ -151,13 +126,16 @@ std::string json_of(const RemeshTable& table) {
 std::string csv_of(const RemeshTable& table) {
   Table csv;
   for (const char* name : {"id", "status", "message", "file", "lacks"}) csv.columns.push_back({name});
-  for (const Column& column : columns) csv.columns.push_back({column.name});
+  csv.columns.push_back({samples_column});
+  for (const RemeshCount& count : remesh_counts) csv.columns.push_back({count.name});
   for (const Fraction& fraction : fractions) csv.columns.push_back({fraction.name});
   for (auto [id, record] : table.records) {
     std::vector<TableCell>& row = csv.rows.emplace_back();
     row = {id, std::string(name_of(record.status)), record.message, record.file, record.lacks};
     const bool ok = record.status == Status::ok;
-    for (const Column& column : columns) row.push_back(ok ? TableCell(column.get(record)) : TableCell());
+    row.push_back(ok ? TableCell(std::int64_t{record.samples}) : TableCell());
+    for (const RemeshCount& count : remesh_counts)
+      row.push_back(ok ? TableCell(count.of(record.mesh)) : TableCell());
     for (const Fraction& fraction : fractions) row.emplace_back(fraction.in(record));
   }
   return csv_text(csv);

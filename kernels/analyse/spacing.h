@@ -46,6 +46,9 @@ double coverage_radius(std::span<const double> x, std::span<const double> y,
                        double period_x = 0, double period_y = 0);
 double coverage_radius(std::span<const double> points, std::span<const double> reference);
 
+// How many reference points stand for a surface in the coverage radius of n samples.
+constexpr std::uint64_t coverage_references(std::uint64_t n) { return n > 1000 ? 20 * n : 20000; }
+
 // A reference set: the centers of a square grid of at least `count` cells over the unit square, as points of
 // space with z = 0.
 std::vector<double> unit_square_grid(std::uint64_t count);

@@ -65,8 +65,6 @@ struct SampleColumn {
   std::string_view option = {}, help = {}, title = {};
 
   constexpr bool is_asked_for() const { return !option.empty(); }
-  // Python has its own arrays in place of what models bring along.
-  constexpr bool is_in_python() const { return having != Having::taken; }
   constexpr bool is_optional() const { return values == Values::optional; }
   // The name of the dataset in stores of this format version.
   constexpr std::string_view name_in(std::uint32_t version) const { return version < renamed ? link : name; }
@@ -234,18 +232,18 @@ inline constexpr auto item_columns = [] {
       {"items/repairs", &R::repairs, "1", "what was repaired, counted by name (attribute `names`)",
        everywhere},
       {"items/notes", &R::notes, "1",
-       "what the file asks for and did not get, counted by name (attribute `names`)", info, 0, 5},
+       "what the file asks for and did not get, counted by name (attribute `names`)", everywhere, 0, 5},
       {"items/note_text", &R::note_text, "",
-       "the notes in words, with an example of each as far as there is room", info, 0, 5},
+       "the notes in words, with an example of each as far as there is room", everywhere, 0, 5},
       {"items/file_bytes", &R::file_bytes, "byte", "length of the input; 0 where it was not read", info, 0,
        2},
       {"items/content_sha256", &R::content_sha256, "1", "SHA-256 of the bytes of the input", info},
       {"items/points_crc32c", &R::points_crc32c, "1",
        "CRC32C of the row of /points (little-endian); 0 unless ok"},
-      {"items/color_source", &R::color_source, "", "with --colors only: where the colours come from", info, 0,
-       1, colors},
+      {"items/color_source", &R::color_source, "", "with --colors only: where the colours come from",
+       everywhere, 0, 1, colors},
       {"items/color_fills", &R::color_fills, "1",
-       "with --colors only: samples without a colour, which have the fill 204", info, 0, 1, colors},
+       "with --colors only: samples without a colour, which have the fill 204", everywhere, 0, 1, colors},
       {"items/color_sha256", &R::color_sha256, "1",
        "with --colors only: SHA-256 of the digests of the files read for colours alone; zeros: none", nowhere,
        0, 1, colors},

@@ -206,9 +206,7 @@ void add_columns(SampleSettings& list, Having having) {
     const std::string word(column.option);
     auto& setting = list.flag(
         word, "--" + word, [c](auto& p) -> auto& { return p.columns[c]; }, std::string(column.help));
-    setting.in_python(having == Having::made ? word : "").only_recorded([c](const P& p) {
-      return p.columns[c];
-    });
+    setting.in_python(word).only_recorded([c](const P& p) { return p.columns[c]; });
     if (word == "colors") setting.common();  // asked for far more often than the others
   }
 }
@@ -224,6 +222,7 @@ SampleSettings make_value_settings() {
           "vertices interpolated, integers that of the nearest corner (`NAME:class` takes any for such, as "
           "int32, `NAME:linear` interpolates them), of faces that of the face. Repeat it for several")
       .list()
+      .in_python("attributes")
       .only_recorded([](const P& p) { return !p.attributes.empty(); });
   return list;
 }

@@ -1,8 +1,11 @@
 // A mesh whose vertices are the samples of a surface (docs/REMESH.md).
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
+#include <type_traits>
+#include <variant>
 #include <vector>
 
 #include "kernels/core/cancel.h"
@@ -49,6 +52,37 @@ struct RemeshReport {
                                          // crossings ended at its bound; those found count as of the input
   double largest_shift = 0;              // of a sample by fitting, over the mean edge around it
 };
+
+// The numbers of the report by the names that tables and Python give them.
+struct RemeshCount {
+  const char* name;
+  std::variant<std::uint32_t RemeshReport::*, std::uint64_t RemeshReport::*, std::int64_t RemeshReport::*>
+      member;
+
+  std::int64_t of(const RemeshReport& report) const {
+    return std::visit([&](auto at) { return static_cast<std::int64_t>(report.*at); }, member);
+  }
+  void set(RemeshReport& report, std::int64_t value) const {
+    std::visit(
+        [&](auto at) { report.*at = static_cast<std::remove_reference_t<decltype(report.*at)>>(value); },
+        member);
+  }
+};
+inline constexpr auto remesh_counts = std::to_array<RemeshCount>({
+    {"vertices", &RemeshReport::vertices},
+    {"line_vertices", &RemeshReport::line_vertices},
+    {"kept_vertices", &RemeshReport::kept_vertices},
+    {"faces", &RemeshReport::faces},
+    {"components", &RemeshReport::components},
+    {"boundary_loops", &RemeshReport::boundary_loops},
+    {"euler", &RemeshReport::euler},
+    {"dropped_components", &RemeshReport::dropped_components},
+    {"coincident_samples", &RemeshReport::coincident_samples},
+    {"coarse_lines", &RemeshReport::coarse_lines},
+    {"crossings", &RemeshReport::crossings},
+    {"input_crossings", &RemeshReport::input_crossings},
+    {"partial_search", &RemeshReport::partial_search},
+});
 
 // Where a vertex of an edge stands: between two vertices of the surface or of the new mesh.
 struct BetweenVertices {

@@ -4,6 +4,7 @@
     module_test.py MEANDER SHARED_DATA       exit status 77: numpy is not installed
 """
 import concurrent.futures
+import csv
 import gc
 import hashlib
 import inspect
@@ -52,6 +53,16 @@ def bumpy_sphere(rings=40, columns=64):
             faces += [(at(i, j), at(i + 1, j), at(i + 1, j + 1)), (at(i, j), at(i + 1, j + 1), at(i, j + 1))]
     faces += [(len(points) - 1, at(rings - 1, j + 1), at(rings - 1, j)) for j in range(columns)]
     return numpy.array(points), numpy.array(faces)
+
+
+def write_colored_ply(path, vertices, faces, color):
+    """One color for all vertices."""
+    path.write_text("\n".join(
+        ["ply", "format ascii 1.0", "element vertex %d" % len(vertices)] + ["property float " + name for name in "xyz"]
+        + ["property uchar " + name for name in ("red", "green", "blue")]
+        + ["element face %d" % len(faces), "property list uchar int vertex_indices", "end_header"]
+        + ["%r %r %r %d %d %d" % (*map(float, v), *color) for v in vertices]
+        + [" ".join(map(str, [len(f), *f])) for f in faces]) + "\n")
 
 
 def write_off(path, vertices, faces):
@@ -140,6 +151,45 @@ class SameAsTheProgram(WithMeshes):
         self.assert_row(many, store)
         mesh = meander.read_mesh(file)
         self.assertTrue((mesh.vertices == CUBE).all() and (mesh.faces == QUADS).all())
+
+    def test_sample_file_has_colors_and_attributes_as_the_program_stores_them(self):
+        folder = self.path / "textured"
+        folder.mkdir()
+        square = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n"
+        (folder / "a.obj").write_text("mtllib a.mtl\n" + square + "usemtl red\no seat\nf 1/1 2/2 3/3\no leg\nusemtl blue\nf 1/1 3/3 4/4\n")
+        (folder / "a.mtl").write_text("newmtl red\nKd 1 0 0\nnewmtl blue\nKd 0 0 1\nmap_Kd missing.png\n")
+        write_colored_ply(folder / "b.ply", CUBE, QUADS, [9, 60, 200])
+        archive = shutil.make_archive(str(self.path / "packed"), "zip", folder)
+        for file, taken in ((folder / "a.obj", ("object", "material")), (folder / "b.ply", ()), (Path(archive) / "b.ply", ())):
+            with self.subTest(str(file)):
+                store = run_program(self.path, "run", file, "-n", 300, "--colors", "--texcoord", *(
+                    word for name in taken for word in ("--attribute", name)))
+                s = meander.sample_file(file, 300, colors=True, texcoord=True, attributes=taken)
+                self.assert_row(s, store)
+                with meander.open_store(store) as stored:
+                    row = stored[0]
+                    self.assertEqual(s.rgb.tobytes(), row["rgb"].tobytes())
+                    self.assertEqual(s.texcoord.tobytes(), row["texcoord"].tobytes())
+                    self.assertEqual((s.names, s.color_source), (stored.names(0), stored.color_sources[0]))
+                    self.assertEqual({**s.notes, **({"text": s.note_text} if s.notes else {})}, stored.notes(0))
+                    self.assertEqual(sorted(s.attributes), sorted(taken))
+                    for name in taken:
+                        self.assertEqual(s.attributes[name].dtype, numpy.int32)
+                        self.assertEqual(s.attributes[name].tobytes(), row["attributes"][name].tobytes())
+        [many] = meander.sample_many([folder / "b.ply"], 300, colors=True)
+        self.assertTrue((many.rgb == [9, 60, 200]).all())
+        self.assertEqual(len(meander.sample_file(folder / "a.obj", 50, density="formula:1 + u")), 50)
+        graded = meander.sample_file(folder / "b.ply", 500, density=lambda p: p[:, 2] == 1, density_at="faces")
+        self.assertEqual(float(graded.points[:, 2].min()), 1)
+        with self.assertRaisesRegex(TypeError, "colors: taken over from files, not from arrays"):
+            list(meander.sample_many([(CUBE, QUADS)], colors=True))
+        with self.assertRaisesRegex(ValueError, "colors are for arrays: a Mesh has its own, which sample_file"):
+            meander.sample(meander.read_mesh(folder / "b.ply"), colors=CUBE)
+        with self.assertRaisesRegex(ValueError, "`x:9` has `9` behind its name"):
+            meander.sample_file(folder / "b.ply", attributes="x:9")
+        with self.assertRaises(meander.SamplingError) as caught:
+            meander.sample_file(self.path / "none.off")
+        self.assertEqual(caught.exception.status, "unreadable")
 
     def test_descriptors_equal_those_of_the_program(self):
         vertices, faces = bumpy_sphere()
@@ -253,6 +303,72 @@ class Arrays(unittest.TestCase):
         self.assertEqual(float(tops.points[:, 2].min()), 1)
         self.assertAlmostEqual((two.weights * two.points[:, 0]).sum(), 1, 2)  # the square lies there twice
 
+    def test_densities_may_be_functions_of_positions(self):
+        square, quad = numpy.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0.]]), [[0, 1, 2, 3]]
+        calls = []
+        def density(positions):
+            calls.append(positions.shape)
+            return 1 + 3 * positions[:, 0]
+        made = meander.sample(square, quad, 500, density=density)
+        given = meander.sample(square, quad, 500, density=[1, 4, 4, 1], density_at="vertices")
+        self.assertEqual((calls, made.points.tobytes()), ([(4, 3)], given.points.tobytes()))
+        self.assertTrue(numpy.allclose(made.density, density(made.points), atol=1e-5))
+        tops = meander.sample(CUBE, QUADS, 500, density=lambda p: p[:, 2] == 1, density_at="faces")
+        self.assertEqual(float(tops.points[:, 2].min()), 1)
+        nan = numpy.vstack([square, [[numpy.nan, 0, 0]]])
+        mended = meander.sample(nan, [[0, 1, 2, 3], [0, 1, 2, 9]], 500, density=density, check=False)
+        self.assertEqual((len(mended), calls[-1]), (500, (4, 3)))
+        several = list(meander.sample_many([(square, quad), (CUBE, QUADS)], 100, density=lambda p: p[:, 2] + 1e-3 * (p[:, 2] == 0)))
+        self.assertEqual(several[1].points.tobytes(), meander.sample(
+            CUBE, QUADS, 100, density=CUBE[:, 2] + 1e-3 * (CUBE[:, 2] == 0)).points.tobytes())
+        for function, error, pattern in [(lambda p: p, ValueError, r"shape \(8, 3\) for 8 positions"),
+                                         (lambda p: -p[:, 0], ValueError, r"density\[4\] is -1"), (lambda p: 1 / 0, ZeroDivisionError, "")]:
+            with self.assertRaisesRegex(error, pattern):
+                meander.sample(CUBE, QUADS, density=function)
+            with self.assertRaisesRegex(error, pattern):
+                list(meander.sample_many([(CUBE, QUADS)], density=function))
+
+    def test_colors_and_attributes_of_arrays_are_those_of_the_samples(self):
+        place = CUBE[:, :2]
+        s = meander.sample(CUBE, QUADS, 400, colors=CUBE.astype("f4"),
+                           attributes={"height": CUBE[:, 2], "place": place, "number": numpy.arange(8), "side": numpy.arange(6),
+                                       "flag": QUADS[:, 0] == 0, "pair": QUADS[:, :2], "a:class": CUBE[:, 0], "density": CUBE[:, 0]},
+                           density=numpy.ones(8))
+        self.assertLessEqual(numpy.abs(s.rgb - 255.0 * s.points).max(), 0.501)
+        self.assertEqual((s.rgb.dtype, s.color_source, s.color_fills), (numpy.uint8, "vertex", 0))
+        a = s.attributes
+        for name, values in (("height", s.points[:, 2]), ("place", s.points[:, :2]), ("a:class", s.points[:, 0]), ("density", s.points[:, 0])):
+            self.assertEqual((a[name].dtype, a[name].shape), (numpy.float32, values.shape), name)
+            self.assertTrue(numpy.allclose(a[name], values, atol=1e-6), name)
+        weights = numpy.stack([1 - s.barycentric.sum(axis=1), *s.barycentric.T], axis=1)
+        nearest = s.corners[numpy.arange(400), weights.argmax(axis=1)]
+        self.assertTrue((a["number"] == nearest).mean() > 0.99)  # equal weights aside
+        self.assertEqual((a["number"].dtype, a["pair"].dtype), (numpy.int32, numpy.int32))
+        self.assertTrue((a["side"] == s.face_index).all())
+        self.assertTrue((a["flag"] == (QUADS[s.face_index, 0] == 0)).all())
+        self.assertTrue((a["pair"] == QUADS[s.face_index, :2]).all())
+        self.assertEqual(s.points.tobytes(), meander.sample(CUBE, QUADS, 400, density=numpy.ones(8)).points.tobytes())
+        faces = numpy.full((6, 4), 255, "u1")
+        faces[:, 0] = 40 * numpy.arange(6)
+        of_faces = meander.sample(CUBE, QUADS, 100, colors=faces)
+        self.assertTrue((of_faces.rgb[:, 0] == 40 * of_faces.face_index).all())
+        self.assertEqual(of_faces.color_source, "face")
+        lacking = meander.sample(CUBE, QUADS, 100, colors=numpy.full((6, 3), numpy.nan), attributes={"x": CUBE[:, 0] * numpy.nan})
+        self.assertTrue((lacking.rgb == 204).all() and numpy.isnan(lacking.attributes["x"]).all())
+        self.assertEqual((lacking.color_source, lacking.color_fills), ("none", 100))
+        self.assertEqual((meander.sample(CUBE, QUADS, 9).rgb, meander.sample(CUBE, QUADS, 9).attributes), (None, {}))
+        self.assertEqual(pickle.loads(pickle.dumps(s)).attributes["side"].tolist(), a["side"].tolist())
+        for options, pattern in [
+                (dict(colors=CUBE + 1), r"colors\[0, 0\] is 1|colors\[1, 2\] is 2"), (dict(colors=CUBE.astype(int)), "colors must be uint8"),
+                (dict(colors=CUBE[:5]), "colors has 5 values: there are 8 vertices and 6 faces"),
+                (dict(colors=CUBE[:5], colors_at="faces"), "colors has 5 rows for 6 faces"),
+                (dict(colors_at="faces"), "colors_at applies"), (dict(attributes_at="faces"), "attributes_at applies"),
+                (dict(attributes={"a,b": CUBE[:, 0]}), "without commas"), (dict(attributes={"a": CUBE[:3, 0]}), "attributes has 3 values"),
+                (dict(attributes={"a": numpy.ones((8, 5))}), r"'a' must be numbers .* not float64 \(8, 5\)"),
+                (dict(attributes={"a": numpy.ones((6, 2))}, attributes_at="vertices"), "'a' has 6 values for 8 vertices")]:
+            with self.assertRaisesRegex(ValueError, pattern):
+                meander.sample(CUBE, QUADS, 9, **options)
+
     def test_invalid_arguments_are_refused_by_name_and_index(self):
         def refused(error, pattern, *arguments, **options):
             with self.assertRaisesRegex(error, pattern):
@@ -328,27 +444,52 @@ class Many(unittest.TestCase):
             many = meander.sample_many(meshes, 256, threads=threads)
             self.assertEqual([s.points.tobytes() for s in many], expected)
         self.assertEqual([s.points.tobytes() for s in meander.sample_many((m for m in meshes), 256)], expected)
-        self.assertEqual(meander.sample_many([]), [])
+        self.assertEqual(list(meander.sample_many([])), [])
+
+    def test_sample_many_takes_and_gives_meshes_as_results_are_asked_for(self):
+        taken = []
+        def meshes():
+            for i in range(10 ** 6):
+                taken.append(i)
+                yield bumpy_sphere(6, 10 + i % 7)
+        many = meander.sample_many(meshes(), 64, threads=2)
+        self.assertEqual(taken, [])
+        first = [next(many) for _ in range(3)]
+        self.assertLess(len(taken), 20)
+        self.assertEqual([s.points.tobytes() for s in first],
+                         [meander.sample(*bumpy_sphere(6, 10 + i), 64).points.tobytes() for i in range(3)])
+        many.close()
+        slow = [bumpy_sphere(100, 200)] + [(CUBE, QUADS)] * 30
+        counts = [len(s) for s in meander.sample_many(slow, 3000, sequence="spaced", threads=2)]
+        self.assertEqual(counts, [3000] * 31)
 
     def test_failures_keep_their_index(self):
         nan = CUBE * numpy.nan
         meshes = [(CUBE, QUADS), (nan, QUADS), (CUBE, [[0, 0, 0]]), "/nowhere.off", (CUBE, QUADS, b"1" * 32)]
-        results = meander.sample_many(meshes, 64, errors="return")
+        results = list(meander.sample_many(meshes, 64, errors="return"))
         self.assertEqual([type(r).__name__ for r in results],
                          ["Samples", "ValueError", "SamplingError", "SamplingError", "Samples"])
         self.assertEqual(results[2].index, 2)
         self.assertEqual(results[4].content, b"1" * 32)
+        many = meander.sample_many(meshes, 64)
+        self.assertEqual(len(next(many)), 64)
         with self.assertRaisesRegex(ValueError, "not finite") as caught:
-            meander.sample_many(meshes, 64)
+            next(many)
         self.assertEqual(caught.exception.index, 1)
-        self.assertEqual(len(caught.exception.results[4]), 64)
+        with self.assertRaises(StopIteration):
+            next(many)
+        for options, pattern in [(dict(errors="ignore"), "errors is 'ignore'"), (dict(threads=-1), "threads is -1"),
+                                 (dict(density_at="faces"), "density_at applies"),
+                                 (dict(density=len, density_at="edges"), "density_at is 'edges'")]:
+            with self.assertRaisesRegex(ValueError, pattern):  # before any mesh is taken
+                meander.sample_many([], **options)
 
     def test_an_exception_of_the_iterator_ends_the_call(self):
         def meshes():
             yield CUBE, QUADS
             raise KeyError("the source is gone")
         with self.assertRaisesRegex(KeyError, "the source is gone"):
-            meander.sample_many(meshes())
+            list(meander.sample_many(meshes()))
 
     def test_calls_from_many_threads_give_the_same_samples(self):
         expected = meander.sample(CUBE, QUADS, 3000).points.tobytes()
@@ -383,7 +524,7 @@ class Many(unittest.TestCase):
                 "except KeyboardInterrupt:\n"
                 "    print('interrupted', flush=True)\n")
         one = "meander.sample(v, f, 2000000, sequence='spaced')"
-        many = "meander.sample_many(((v, f) for _ in range(10 ** 7)), 20000)"
+        many = "list(meander.sample_many(((v, f) for _ in range(10 ** 7)), 20000))"
         for call, delay in ((one, 0.3), (many, 0.3), (many, 0.21), (many, 0.13), (many, 0.05)):
             child = subprocess.Popen([sys.executable, "-c", code % (str(Path(__file__).parent), call)],
                                      stdout=subprocess.PIPE, text=True)
@@ -465,7 +606,7 @@ class Stores(WithMeshes):
                 s["m9.off"]
             with self.assertRaises(IndexError):
                 s[6]
-            data = s.dataset(samples=32)
+            data = s.dataset(points=32)
         self.assertEqual(len(data), 5)
         first = data[0]
         self.assertEqual((first[0].shape, first[1].shape, first[2]), ((32, 3), (32, 3), -1))
@@ -473,8 +614,8 @@ class Stores(WithMeshes):
             with multiprocessing.get_context(way).Pool(2) as pool:
                 for a, b in zip(pool.map(data.__getitem__, range(5)), map(data.__getitem__, range(5))):
                     self.assertTrue((a[0] == b[0]).all())
-        with self.assertRaises(ValueError):
-            meander.StoreDataset(store, samples=129)
+        with self.assertRaisesRegex(ValueError, "points is 129: 1 to the 128"):
+            meander.StoreDataset(store, points=129)
         index = shutil.copy(store, self.path / "index.h5")
         with h5py.File(index, "r+") as file:  # as an index of packs, one of which is not there
             file["packs/file"] = numpy.array([b"s.pack-00000.h5"])
@@ -509,8 +650,64 @@ class Stores(WithMeshes):
             self.assertTrue(numpy.isnan(row["texcoord"]).all())
             self.assertEqual(s.lacks(0), ["texcoord"])
             self.assertEqual(s.names(0), {})
-            with self.assertRaisesRegex(ValueError, "no normals"):
+            with self.assertRaisesRegex(ValueError, "no column 'normals': it has points, face, rgb, texcoord, attributes/height"):
                 s.dataset()
+
+    def a_collection(self, *options):
+        """A store of four colored cubes in two classes and two splits."""
+        folder = self.path / "collection"
+        for number, name in enumerate(("chair/train/a", "chair/test/b", "table/train/c", "table/train/d")):
+            path = folder / (name + ".ply")
+            path.parent.mkdir(parents=True, exist_ok=True)
+            write_colored_ply(path, CUBE + number, QUADS, [255, 60 * number, 0])
+        store = self.path / "collection.h5"
+        subprocess.run([PROGRAM, "run", folder, "-o", store, "-n", "128", "--layout", "modelnet", "--colors", "--describe", "d2",
+                        "--progress", "none", *options], stdout=subprocess.DEVNULL, check=True)
+        return store
+
+    def test_classes_splits_colors_and_notes_are_properties(self):
+        with meander.open_store(self.a_collection()) as s:
+            self.assertEqual(s.ids, ["chair/test/b.ply", "chair/train/a.ply", "table/train/c.ply", "table/train/d.ply"])
+            self.assertEqual((s.class_names, s.labels.tolist()), (["chair", "table"], [0, 0, 1, 1]))
+            self.assertEqual(s.splits, ["test", "train", "train", "train"])
+            self.assertEqual(s.color_sources, ["vertex"] * 4)
+            self.assertEqual((s.rgb.shape, s.rgb.dtype), ((4, 128, 3), numpy.uint8))
+            self.assertTrue((s.rgb[:, :, 1] == numpy.array([60, 0, 120, 180])[:, None]).all())
+            self.assertEqual(s.noted, {})
+            self.assertTrue((s.column("rgb", "train", 5) == s.rgb[1:, :5]).all())
+            self.assertTrue((s.column("face_index") == s.column("face")).all())
+            self.assertIn("descriptors/d2", s.columns)
+            with self.assertRaisesRegex(KeyError, "no column 'uv': it has points, normals"):
+                s.column("uv")
+
+    def test_a_data_set_has_the_columns_that_are_asked_for(self):
+        store = self.a_collection()
+        data = meander.StoreDataset(store, columns=("points", "rgb", "descriptors/d2", "label", "class_name", "split", "id"),
+                                    points=16, split="train")
+        self.assertEqual([item[3:] for item in data],
+                         [(0, "chair", "train", "chair/train/a.ply"), (1, "table", "train", "table/train/c.ply"),
+                          (1, "table", "train", "table/train/d.ply")])
+        points, rgb, d2 = data[2][:3]
+        with meander.open_store(store) as s:
+            row = s["table/train/d.ply"]
+            self.assertTrue((points == row["points"][:16]).all() and (rgb == row["rgb"][:16]).all())
+            self.assertTrue((d2 == s.descriptor("d2")[3]).all())
+            lone = meander.StoreDataset(s, "points", transform=numpy.ndarray.mean, points=8)
+            self.assertEqual(lone[3], row["points"][:8].mean())
+        self.assertEqual(meander.StoreDataset(store, "label")[1], 0)
+        for way in ("fork", "spawn"):
+            with multiprocessing.get_context(way).Pool(2) as pool:
+                self.assertEqual(pool.map(lone.__getitem__, range(4)), list(lone))
+        with self.assertRaisesRegex(ValueError, "no column 'normal_s'.* and label, class_name"):
+            meander.StoreDataset(store, ("points", "normal_s"))
+        with self.assertRaisesRegex(ValueError, "no split 'dev'"):
+            meander.StoreDataset(store, split="dev")
+
+    def test_prefixes_along_a_curve_are_refused(self):
+        store = self.a_collection("--order", "curve")
+        self.assertEqual(meander.StoreDataset(store, "points", points=128)[0].shape, (128, 3))
+        with self.assertRaisesRegex(ValueError, "--order curve"):
+            meander.StoreDataset(store, "points", points=64)
 
     def test_classes_are_read_with_their_names(self):
         folder = self.path / "parts"
@@ -547,6 +744,203 @@ class Stores(WithMeshes):
             self.assertEqual(s.notes("a.obj"),
                              {"library_missing": 1, "text": "library_missing 1: `none.mtl` is not there"})
             self.assertEqual(s.notes(1), {})
+            self.assertEqual(s.noted, {"a.obj": s.notes(0)})
+
+
+class Meshes(WithMeshes):
+    def test_remesh_makes_the_mesh_of_the_program(self):
+        vertices, faces = bumpy_sphere()
+        write_off(self.path / "sphere.off", vertices, faces)
+        content = meander.content_of(self.path / "sphere.off")
+        for options, arguments in [(dict(), []), (dict(fit=True, crease_angle=60, density="mean", seed=3), [
+                "--fit", "--crease-angle", "60", "--density", "mean", "--seed", "3"])]:
+            subprocess.run([PROGRAM, "remesh", self.path / "sphere.off", "-o", self.path / "out", "-n", "300", "--fresh", "--format",
+                            "obj", "--progress", "none", *arguments], check=True, stdout=subprocess.DEVNULL)
+            theirs = meander.read_mesh(self.path / "out/sphere.obj")
+            for made in (meander.remesh(vertices, faces, 300, content=content, **options),
+                         meander.remesh(meander.read_mesh(self.path / "sphere.off"), n=300, threads=1, **options)):
+                self.assertTrue((made.faces == theirs.faces).all())
+                self.assertTrue(numpy.allclose(made.vertices, theirs.vertices, atol=1e-7))
+        self.assertEqual((made.samples, made.report["euler"], made.report["vertices"]), (300, 2, len(made.vertices)))
+        self.assertEqual(repr(made), "<meander.RemeshedMesh of %d vertices and %d faces>" % (made.vertices.shape[0], made.faces.shape[0]))
+        samples = meander.sample(vertices, faces, 300, sequence="spaced", content=content)
+        plain = meander.remesh(vertices, faces, 300, content=content)
+        self.assertTrue(numpy.allclose(plain.vertices[:300], samples.points, atol=1e-6))
+        graded = meander.remesh(vertices, faces, 300, density=lambda p: numpy.where(p[:, 2] > 0, 8.0, 1.0))
+        self.assertGreater((graded.vertices[:300, 2] > 0).mean(), 0.75)
+        for error, pattern, options in [(ValueError, "crease angle", dict(crease_angle=200)), (TypeError, "fit cannot be 'yes'", dict(fit="yes")),
+                                        (TypeError, "unexpected keyword argument 'normalize'", dict(normalize="unit-box")),
+                                        (ValueError, "sequence", dict(sequence="x")), (ValueError, "threads is -1", dict(threads=-1)),
+                                        (meander.SamplingError, "timeout", dict(n=100000, timeout=1e-6))]:
+            with self.subTest(pattern), self.assertRaisesRegex(error, pattern):
+                meander.remesh(vertices, faces, **{"n": 300, **options})
+        with self.assertRaisesRegex(meander.SamplingError, "zero_area"):
+            meander.remesh(CUBE * [0, 0, 1], QUADS, 10)
+
+    def test_measures_equal_those_of_the_program(self):
+        vertices, faces = bumpy_sphere()
+        write_off(self.path / "sphere.off", vertices, faces)
+        points = meander.sample(vertices, faces, 1000, seed=5).points
+        numpy.save(self.path / "points.npy", points)
+        said = subprocess.run([PROGRAM, "measure", "spacing", self.path / "points.npy", "--surface", self.path / "sphere.off", "--csv",
+                               self.path / "spacing.csv", "--seed", "4"], capture_output=True, text=True)
+        if "laboratory" in said.stderr:
+            with self.assertRaisesRegex(RuntimeError, "laboratory"):
+                meander.measure(points, vertices, faces)
+            return
+        self.assertEqual(said.returncode, 0, said.stderr)
+        least, mean, rho, coverage = map(float, (self.path / "spacing.csv").read_text().splitlines()[1].split(",")[2:6])
+        for made in (meander.measure(points, vertices, faces, seed=4), meander.measure(points, meander.read_mesh(self.path / "sphere.off"), seed=4)):
+            for name, value in dict(least=least, mean=mean, rho=rho, coverage=coverage).items():
+                self.assertAlmostEqual(made[name], value, 5, name)
+            self.assertEqual(made["boxes"], meander.measure_boxes(points, vertices, faces, seed=4))
+        for pattern, given in (("is one point", points[:1]), ("points is empty", points[:0]), (r"points\[1\] is", points * [[1]] * numpy.where(
+                numpy.arange(1000) == 1, numpy.nan, 1)[:, None])):
+            with self.assertRaisesRegex(ValueError, pattern):
+                meander.measure(given, vertices, faces)
+
+
+class Neighbors(WithMeshes):
+    def test_neighbors_are_those_of_all_distances(self):
+        base = numpy.random.default_rng(1).random((200, 37), numpy.float32)
+        queries = numpy.random.default_rng(2).random((9, 37))
+        all_distances = {"l1": lambda a, b: numpy.abs(a - b).sum(-1), "l2": lambda a, b: numpy.sqrt(((a - b) ** 2).sum(-1)),
+                         "emd": lambda a, b: numpy.abs(numpy.cumsum(a - b, -1)).sum(-1),
+                         "chi2": lambda a, b: 0.5 * ((a - b) ** 2 / (a + b)).sum(-1),
+                         "cosine": lambda a, b: 1 - (a * b).sum(-1) / numpy.linalg.norm(a, axis=-1) / numpy.linalg.norm(b, axis=-1)}
+        for name, distance in all_distances.items():
+            expected = distance(base[None].astype(float), queries[:, None].astype("f4").astype(float))
+            found = meander.knn(base, queries, k=7, distance=name)
+            self.assertEqual((found.rows.dtype, found.distances.dtype), (numpy.int64, numpy.float32))
+            self.assertTrue((found.rows == numpy.argsort(expected, axis=1, kind="stable")[:, :7]).all(), name)
+            self.assertTrue(numpy.allclose(found.distances, numpy.sort(expected, axis=1)[:, :7], rtol=1e-4, atol=1e-6), name)
+        numpy.save(self.path / "base.npy", base)
+        numpy.save(self.path / "queries.npy", queries)
+        filed = meander.knn(self.path / "base.npy", self.path / "queries.npy", k=7, distance="cosine")
+        self.assertTrue((filed.rows == found.rows).all())
+        each = meander.knn(base, k=3)
+        self.assertEqual(each.rows.shape, (200, 3))
+        self.assertFalse((each.rows == numpy.arange(200)[:, None]).any())
+        some = meander.knn(base, [5, 199], k=300)
+        self.assertEqual(some.rows.shape, (2, 199))
+        self.assertTrue((some.rows[:, :3] == each.rows[[5, 199]]).all())
+        self.assertEqual(meander.knn(base, numpy.zeros((0, 37))).rows.shape, (0, 0))
+        for pattern, arguments, options in [
+                ("distance: `l3` is none of", (base,), dict(distance="l3")), ("k is 0", (base,), dict(k=0)),
+                ("there is no row 200 of 200", (base, [200]), {}), ("there is no row -1 of 200", (base, [-1]), {}),
+                ("queries have 36 numbers each where the base has 37", (base, base[:, :36]), {}),
+                ("finite", (base * numpy.nan,), {}), ("base must be real numbers of the shape", (base[0],), {}),
+                ("no other row", (base[:1],), {}), ("descriptor is for stores", (base,), dict(descriptor="d2"))]:
+            with self.subTest(pattern), self.assertRaisesRegex(ValueError, pattern):
+                meander.knn(*arguments, **options)
+
+    @unittest.skipIf(h5py is None, "skipped: h5py is not installed")
+    def test_neighbors_in_a_store_are_those_of_retrieve_query(self):
+        folder = self.path / "models"
+        folder.mkdir()
+        for i in range(12):
+            write_off(folder / ("m%02d.off" % i), *bumpy_sphere(8 + i, 12 + 5 * i % 7))
+        (folder / "broken.off").write_text("OFF\nnothing\n")
+        store = self.path / "s.h5"
+        meander.run(folder, store, n=128, describe="d2,basics,pairs", curved=True)
+        for descriptor, distance in (("pairs", "l1"), ("d2", "emd"), ("basics", "l2")):
+            subprocess.run([PROGRAM, "retrieve", "query", store, "m03.off", "m07.off", "-k", "4", "--descriptor", descriptor, "--distance",
+                            distance, "--csv", self.path / "hits.csv"], check=True, stdout=subprocess.DEVNULL)
+            with open(self.path / "hits.csv", newline="") as file:
+                lines = list(csv.DictReader(file))
+            with meander.open_store(store) as s:
+                found = meander.knn(s, ["m03.off", "m07.off"], 4, descriptor=descriptor, distance=distance)
+                self.assertEqual([s.ids[row] for row in found.rows.ravel()], [line["id"] for line in lines])
+                for mine, line in zip(found.distances.ravel(), lines):
+                    self.assertAlmostEqual(float(mine), float(line["distance"]), 4)
+                self.assertEqual(s.described(descriptor).tolist(), list(range(1, 13)))
+                again = meander.knn(store, s.file["descriptors"][descriptor][4:5], 5, descriptor=descriptor, distance=distance)
+                self.assertEqual(again.rows[0].tolist(), [4, *found.rows[0].tolist()])
+            every = meander.knn(str(store), k=4, descriptor=descriptor, distance=distance)
+            self.assertTrue((every.rows[3] == found.rows[0]).all() and every.rows.shape == (12, 4))
+        for error, pattern, arguments, options in [
+                (ValueError, "say descriptor=, one of d2, basics, pairs", (), {}), (ValueError, "row 0 \\(`broken.off`\\) has no descriptor", (["broken.off"],), dict(descriptor="d2")),
+                (KeyError, "no column 'descriptors/d3'", (), dict(descriptor="d3")), (KeyError, "m99", (["m99.off"],), dict(descriptor="d2"))]:
+            with self.subTest(pattern), self.assertRaisesRegex(error, pattern):
+                meander.knn(store, *arguments, **options)
+
+
+class Runs(WithMeshes):
+    def models(self, count=12, rings=40):
+        folder = self.path / "models"
+        folder.mkdir(exist_ok=True)
+        for i in range(count):
+            write_off(folder / ("m%02d.off" % i), *bumpy_sphere(rings, 20 + i))
+        return folder
+
+    def by_program(self, folder, *arguments):
+        store = self.path / "by_program.h5"
+        done = subprocess.run([PROGRAM, "run", folder, "-o", store, "--progress", "none", *map(str, arguments)],
+                              stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        self.assertIn(done.returncode, (0, 3))
+        return store.read_bytes()
+
+    def test_run_makes_the_store_of_the_program_and_tells_its_progress(self):
+        folder = self.models()
+        (folder / "broken.off").write_text("OFF\nnothing\n")
+        told = []
+        result = meander.run(folder, self.path / "s.h5", n=200, describe=["d2", "d1"], topology=False, columns=["normals"],
+                             attributes=("height", "other"), method="direct", threads=numpy.int64(2), timeout=60, memory="1G",
+                             progress=lambda done, total, item: told.append((done, total, item["id"], item["status"])))
+        self.assertEqual((self.path / "s.h5").read_bytes(), self.by_program(
+            folder, "-n", 200, "--describe", "d2,d1", "--topology", "none", "--store", "normals", "--attribute", "height",
+            "--attribute", "other", "--method", "direct"))
+        self.assertEqual(sorted(done for done, _, _, _ in told), list(range(1, 14)))
+        self.assertEqual({total for _, total, _, _ in told}, {13})
+        self.assertIn(("broken.off", "unreadable"), [line[2:] for line in told])
+        self.assertEqual((result.items, result.done_now, result.samples, result.exit_status), (13, 13, 200, 3))
+        self.assertEqual(result.status, {"ok": 12, "unreadable": 1})
+        self.assertEqual([failed["id"] for failed in result.failed], ["broken.off"])
+        self.assertEqual(repr(result), "<meander.RunResult %s: 13 rows, 12 ok, 1 failed>" % (self.path / "s.h5"))
+
+    def test_a_run_that_is_ended_by_an_exception_is_continued_by_the_same_call(self):
+        folder, store = self.models(40, 12), self.path / "s.h5"
+        def stop(done, total, item):
+            if done == 5:
+                raise KeyError("enough")
+        with self.assertRaisesRegex(KeyError, "enough"):
+            meander.run([folder], store, n=4000, sequence="spaced", threads=1, progress=stop)
+        self.assertFalse(store.exists())
+        result = meander.run([folder], store, n=4000, sequence="spaced")
+        self.assertEqual((result.items, result.exit_status), (40, 0))
+        self.assertLessEqual(result.done_now, 35)
+        self.assertEqual(store.read_bytes(), self.by_program(folder, "-n", 4000, "--sequence", "spaced"))
+
+    def test_a_signal_interrupts_a_run_which_ends_before_the_exception(self):
+        folder, store = self.models(40, 12), self.path / "s.h5"
+        code = ("import meander, signal, sys\n"
+                "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
+                "try:\n"
+                "    meander.run(%r, %r, n=4000, sequence='spaced', threads=1, progress=lambda *_: print('.', flush=True))\n"
+                "except KeyboardInterrupt:\n"
+                "    print('interrupted')\n") % (str(folder), str(store))
+        child = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True)
+        self.assertEqual(child.stdout.readline(), ".\n")
+        child.send_signal(signal.SIGINT)
+        output = child.communicate(timeout=120)[0]
+        self.assertTrue(output.endswith("interrupted\n") and child.returncode == 0, output)
+        self.assertEqual(meander.run(folder, store, n=4000, sequence="spaced").exit_status, 0)  # nobody holds the store
+
+    def test_runs_that_cannot_be_are_refused(self):
+        folder, store = self.models(3), self.path / "s.h5"
+        meander.run(folder, store, n=64)
+        for error, pattern, inputs, options in [
+                (ValueError, r'^`.*s.h5` was made with other parameters: parameter "samples" was 64, now it is 65', folder, dict(n=65)),
+                (ValueError, "method.*did you mean `?conformal", folder, dict(method="conformla")),
+                (ValueError, "begins with a minus", "-", {}), (ValueError, "nowhere", "nowhere", {}),
+                (TypeError, "curved cannot be 'yes'", folder, dict(curved="yes")),
+                (TypeError, "n cannot be True", folder, dict(n=True)), (TypeError, r"n cannot be \{", folder, dict(n={})),
+                (TypeError, "unexpected keyword argument 'memmory'; did you mean 'memory'", folder, dict(memmory=3)),
+                (meander.RunStopped, "1", folder, dict(fresh=True, timeout="0.000001", n=100000, max_failures=0))]:
+            with self.subTest(pattern), self.assertRaisesRegex(error, pattern):
+                meander.run(inputs, store, **options)
+        result = meander.run(folder, store, n=65, fresh=True)
+        self.assertEqual((result.samples, result.done_now), (65, 3))
 
 
 class Documentation(unittest.TestCase):

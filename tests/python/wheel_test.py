@@ -40,6 +40,8 @@ STORE = """
 import subprocess, sys
 subprocess.run([sys.prefix + "/bin/meander", "run", "square.off", "-o", "store.h5", "--fresh", "-n", "500", "--progress",
                 "none"], check=True, stdout=subprocess.DEVNULL)
+assert meander.run("square.off", "again.h5", n=500).exit_status == 0  # by the program in the wheel
+assert open("again.h5", "rb").read() == open("store.h5", "rb").read()
 with meander.open_store("store.h5") as store:
     assert (store["square.off"]["points"] == meander.sample(meander.read_mesh("square.off"), n=500).points).all()
 """

@@ -8,6 +8,8 @@
 #include "kernels/analyse/differential_domain.h"
 #include "kernels/analyse/discrepancy_plane.h"
 #include "kernels/analyse/discrepancy_star.h"
+#include "kernels/analyse/mesh_distance.h"
+#include "kernels/analyse/spacing.h"
 #include "kernels/analyse/spectrum.h"
 #include "kernels/mesh/prepare_mesh.h"
 #include "kernels/pointset/planar_points.h"
@@ -92,6 +94,26 @@ LaboratoryResult box_errors_on_mesh(const LaboratoryArguments& given) {
   return result;
 }
 
+// Takes a mesh, points (n, 3), n >= 2, in its coordinates, and seed. Returns the least and the mean distance
+// to the nearest other point, rho, and the coverage radius, in units of the mesh but for rho: as `measure
+// spacing`.
+LaboratoryResult spacing_on_mesh(const LaboratoryArguments& given) {
+  const PreparedMesh surface = prepare_mesh(given.mesh());
+  const std::span<const double> at = given.reals("points", 3);
+  require_finite(at, "points");
+  const std::vector<double> points = working_points(at, surface);
+  const std::vector<double> reference =
+      area_samples({surface.x, surface.y, surface.z, surface.triangles},
+                   coverage_references(points.size() / 3), given.whole("seed", 1));
+  const Spacing spacing = spacing_of(nearest_distances(points), surface.total_area);
+  LaboratoryResult result;
+  result.add("least", spacing.min * surface.unit);
+  result.add("mean", spacing.mean * surface.unit);
+  result.add("rho", spacing.rho);
+  result.add("coverage", coverage_radius(points, reference) * surface.unit);
+  return result;
+}
+
 // Takes points (n, 2) in the unit square that follow a density (of planar_density_names), shapes and seed.
 // Returns the maximum error over boxes at the origin, against their exact shares of the density.
 LaboratoryResult density_discrepancy(const LaboratoryArguments& given) {
@@ -167,6 +189,7 @@ LaboratoryResult radial(const LaboratoryArguments& given) {
 constexpr LaboratoryFunction functions[] = {{"points_in_square", points_in_square},
                                             {"square_discrepancy", square_discrepancy},
                                             {"box_errors", box_errors_on_mesh},
+                                            {"spacing_on_mesh", spacing_on_mesh},
                                             {"density_discrepancy", density_discrepancy},
                                             {"power_spectrum", power_spectrum},
                                             {"differences", differences},

@@ -19,11 +19,18 @@ _FUNCTION = ctypes.CFUNCTYPE(_INT, _POINTER, _COUNT, _POINTER, _POINTER, _POINTE
 _PATIENCE = 50  # milliseconds until signals are looked for
 
 
+class _Attribute(ctypes.Structure):
+    _fields_ = [("name", _TEXT), ("values", _POINTER), ("width", _COUNT), ("of_faces", ctypes.c_int32),
+                ("classes", ctypes.c_int32)]
+
+
 class _Arrays(ctypes.Structure):
     _fields_ = [("vertices", _POINTER), ("vertex_count", _COUNT), ("faces", _POINTER), ("face_count", _COUNT),
                 ("width", _COUNT), ("corner_bytes", ctypes.c_int32), ("corners_are_signed", ctypes.c_int32),
                 ("normals", _POINTER), ("density", _POINTER), ("content", _TEXT),
-                ("density_of_faces", ctypes.c_int32), ("check", ctypes.c_int32)]
+                ("density_of_faces", ctypes.c_int32), ("check", ctypes.c_int32), ("colors", _POINTER),
+                ("colors_of_faces", ctypes.c_int32), ("attributes", ctypes.POINTER(_Attribute)),
+                ("attribute_count", _COUNT)]
 
 
 class _Given(ctypes.Structure):
@@ -33,16 +40,17 @@ class _Given(ctypes.Structure):
 def _load(path):
     library = ctypes.CDLL(path)
     for name, result, *arguments in (
-            ("about", _TEXT), ("error", _TEXT), ("release", None, _POINTER), ("sampler", _POINTER, _TEXT),
-            ("mesh_of_file", _POINTER, _TEXT), ("mesh_of_arrays", _POINTER, ctypes.POINTER(_Arrays)),
+            ("about", _TEXT), ("error", _TEXT), ("release", None, _POINTER), ("sampler", _POINTER, _TEXT, _INT, _TEXT),
+            ("mesh_of_file", _POINTER, _TEXT, _POINTER), ("mesh_of_arrays", _POINTER, ctypes.POINTER(_Arrays)),
+            ("mesh_with_density", _POINTER, _POINTER, _POINTER, _COUNT, _INT),
             ("text", _TEXT, _POINTER), ("work", _POINTER),
             ("sample", _INT, _POINTER, _POINTER, _POINTER, _INT, _REAL, _INT),
             ("sample_surface", _INT, _POINTER, _TEXT, _TEXT, _REAL, _INT, _REAL),
             ("sample_function", _INT, _POINTER, _FUNCTION, _POINTER, _TEXT, _TEXT, _REAL, _REAL),
             ("sample_many", _INT, _POINTER, _POINTER, _INT, _REAL),
             ("offer", _INT, _POINTER, _COUNT, _POINTER, _INT), ("close", _INT, _POINTER), ("wait", _INT, _POINTER, _INT),
-            ("row", _INT, _POINTER, ctypes.POINTER(_POINTER), ctypes.POINTER(_COUNT)),
-            ("laboratory", _POINTER, _TEXT, _TEXT, ctypes.POINTER(_Given), _COUNT, _POINTER)):
+            ("row", _INT, _POINTER, ctypes.POINTER(_POINTER), ctypes.POINTER(_COUNT), _INT),
+            ("call", _POINTER, _TEXT, _TEXT, ctypes.POINTER(_Given), _COUNT, _POINTER)):
         function = getattr(library, "meander_" + name)
         function.restype, function.argtypes = result, arguments
     return library
@@ -236,11 +244,13 @@ class Mesh(_Object):
         raise TypeError("a Mesh is made by meander.read_mesh")
 
     @staticmethod
-    def read(path):
-        return Mesh.__new__(Mesh)._own(_library.meander_mesh_of_file(_path(path)))
+    def read(path, sampler=None):
+        return Mesh.__new__(Mesh)._own(_library.meander_mesh_of_file(_path(path), sampler))
 
     @staticmethod
-    def of_arrays(vertices, faces, normals, density, density_of_faces, content, check):
+    def of_arrays(vertices, faces, normals=None, density=None, density_of_faces=False, content=None, check=True, colors=None,
+                  colors_of_faces=False, attributes=()):
+        """colors: (n, 3) float32; attributes: of name, (n, k) values, whether they are of faces, and whether classes."""
         vertices, faces = _reals(vertices, "vertices", 3), _corners(faces)
         arrays = _Arrays(vertices.ctypes.data, len(vertices), faces.ctypes.data, *faces.shape, faces.itemsize,
                          faces.dtype.kind == "i", density_of_faces=density_of_faces, check=bool(check))
@@ -257,7 +267,18 @@ class Mesh(_Object):
             arrays.density = density.ctypes.data
         if content is not None:
             arrays.content = _digest(content)
+        if colors is not None:
+            colors = numpy.ascontiguousarray(colors, numpy.float32)
+            arrays.colors, arrays.colors_of_faces = colors.ctypes.data, colors_of_faces
+        held = [numpy.ascontiguousarray(values, numpy.float64) for _, values, _, _ in attributes]
+        table = (_Attribute * len(held))(*(_Attribute(name.encode(), values.ctypes.data, values.shape[1], of_faces, classes)
+                                           for values, (name, _, of_faces, classes) in zip(held, attributes)))
+        arrays.attributes, arrays.attribute_count = table, len(table)
         return Mesh.__new__(Mesh)._own(_library.meander_mesh_of_arrays(arrays))
+
+    def with_density(self, density, of_faces):
+        density = _reals(density, "density", 0)
+        return Mesh.__new__(Mesh)._own(_library.meander_mesh_with_density(self, density.ctypes.data, len(density), of_faces))
 
     def _members(self):
         return _told(_library.meander_text(self))
@@ -296,7 +317,9 @@ def _members_of(row):
     if "status" in members:
         return SamplingError(members["status"], members["reason"])
     members.update(_arrays(members.pop("arrays"), row))
-    members["descriptors"] = _arrays(members["descriptors"], row)
+    for name in ("attributes", "descriptors"):
+        members[name] = _arrays(members[name], row)
+    members["names"] = json.loads(members["names"] or "{}")
     for name in ("bbox", "loc"):
         members[name] = members[name].copy()
     for name in ("area", "measure", "scale"):
@@ -322,10 +345,10 @@ class _Work(_Object):
         while not _checked(_library.meander_wait(self, _PATIENCE)):
             pass  # handlers of signals run here, and may raise
 
-    def take(self):
-        """(index, members or SamplingError) of a row that is done, each given once; None where there is none."""
+    def take(self, milliseconds=0):
+        """(index, members or SamplingError) of a row that is done, each given once; None where there is none in time."""
         pointer, index = _POINTER(), _COUNT()
-        if not _checked(_library.meander_row(self, ctypes.byref(pointer), ctypes.byref(index))):
+        if not _checked(_library.meander_row(self, ctypes.byref(pointer), ctypes.byref(index), milliseconds)):
             return None
         return index.value, _members_of(_Object()._own(pointer.value))
 
@@ -344,8 +367,10 @@ class Sampler(_Object):
     """Samples meshes with one set of options. For any number of threads at a time."""
     __slots__ = ()
 
-    def __init__(self, **options):
-        _with_options(lambda text: self._own(_library.meander_sampler(text)), options)
+    def __init__(self, of_files=False, path=None, **options):
+        """path: the file whose attributes decide which columns hold classes."""
+        path = None if path is None else _path(path)
+        _with_options(lambda text: self._own(_library.meander_sampler(text, of_files, path)), options)
 
     def sample_mesh(self, mesh, threads, timeout, keep_mesh=True):
         limits = _limits(threads, timeout)
@@ -354,32 +379,37 @@ class Sampler(_Object):
                 work.wait()
             return work.row()
 
-    def sample_arrays(self, vertices, faces, normals, density, density_of_faces, content, check, threads, timeout):
-        _limits(threads, timeout)
-        mesh = Mesh.of_arrays(vertices, faces, normals, density, density_of_faces, content, check)
-        return self.sample_mesh(mesh, threads, timeout, False)
-
     def sample_many(self, meshes, threads, timeout):
-        """meshes: an iterator of Mesh objects that nobody else uses, or of exceptions. A list of results in their order:
-        members of Samples, the SamplingError of a mesh, or the exception."""
+        """meshes: an iterable of Mesh objects that nobody else uses, or of exceptions. Yields results in their order: members
+        of Samples, the SamplingError of a mesh, or the exception. Takes a few meshes for each thread ahead of its results."""
         limits = _limits(threads, timeout)
-        results = []
+        ahead = 4 * (limits[0] or os.cpu_count() or 1) + 4
+        done, given, yielded, meshes = {}, 0, 0, iter(meshes)
         with _Work() as work:
             _checked(_library.meander_sample_many(work, self, *limits))
-            for index, mesh in enumerate(meshes):
-                results.append(mesh)
-                if not isinstance(mesh, Mesh):
-                    continue
-                results[index] = None
-                while not _checked(_library.meander_offer(work, index, mesh, _PATIENCE)):
-                    pass  # handlers of signals run here, and may raise
-                for done, result in iter(work.take, None):
-                    results[done] = result
-            _checked(_library.meander_close(work))
-            work.wait()
-            for done, result in iter(work.take, None):
-                results[done] = result
-        return results
+            while True:
+                while meshes is not None and given - yielded < ahead and yielded not in done:
+                    mesh = next(meshes, None)
+                    if mesh is None:
+                        meshes = _checked(_library.meander_close(work)) or None
+                    elif isinstance(mesh, Mesh):
+                        while not _checked(_library.meander_offer(work, given, mesh, _PATIENCE)):
+                            pass  # handlers of signals run here, and may raise
+                        given += 1
+                    else:
+                        done[given] = mesh
+                        given += 1
+                    done.update(iter(work.take, None))
+                if yielded in done:
+                    result = done.pop(yielded)
+                    yielded += 1
+                    yield result
+                elif meshes is None and yielded == given:
+                    return work.wait()
+                else:
+                    done.update(filter(None, [work.take(_PATIENCE)]))
+                    if yielded not in done:
+                        _checked(_library.meander_wait(work, 0))  # raises what ended the work
 
 
 def sample_named_surface(name, tolerance, threads, timeout, **options):
@@ -427,6 +457,16 @@ def sample_callable_surface(function, tolerance, timeout, content, **options):
 
 # ---- the rest
 
+def measure(points, mesh, boxes, seed):
+    """A dict of the measures, boxes first."""
+    ratio = measure_boxes(points, mesh, boxes, seed)
+    points = _reals(points, "points", 3)
+    if len(points) < 2:
+        raise ValueError("points is one point, which has no neighbor")
+    spread = call_laboratory("spacing_on_mesh", mesh, points=points, seed=operator.index(seed))
+    return dict(boxes=ratio, **{name: spread.__dict__[name] for name in ("rho", "least", "mean", "coverage")})
+
+
 def measure_boxes(points, mesh, boxes, seed):
     boxes, seed = operator.index(boxes), operator.index(seed)
     if not 1 <= boxes <= 200000:
@@ -442,15 +482,16 @@ def measure_boxes(points, mesh, boxes, seed):
 __version__ = _about()["version"]
 
 
-@functools.lru_cache(maxsize=2)
+@functools.lru_cache(maxsize=8)
 def settings(kind):
-    """Rows of {keyword, type, default, words, help}. kind: "mesh" or "surface"."""
-    return _about()[kind + "_settings"]
+    """Rows of {keyword, type, default, words, list, help}. kind: "mesh", "file" (as "mesh", and what is taken over from files)
+    or "surface"; "remesh": of its mesh alone; "run": the options of `meander run`, with {option, truth} too."""
+    return _about()[kind + ("_options" if kind == "run" else "_settings")]
 
 
 @functools.lru_cache(maxsize=1)
 def columns():
-    """Of samples: rows of {dataset, array, type, width, doc, always, in_python}."""
+    """Of samples: rows of {dataset, array, type, width, doc, always, option}."""
     return _about()["columns"]
 
 
@@ -462,10 +503,10 @@ def descriptor_names():
     return _about()["descriptors"]
 
 
-# ---- the laboratory
+# ---- functions over arrays, of the product and of the laboratory
 
 class LaboratoryResult(_Object):
-    """What a function of the laboratory returned: its numbers and arrays as attributes."""
+    """What a function returned: its numbers and arrays as attributes."""
 
     def __init__(self, pointer):
         self._own(pointer)
@@ -488,7 +529,24 @@ def call_laboratory(function, staged=None, **given):
     arrays = {name: _given_array(name, value) for name, value in given.items()
               if isinstance(value, numpy.ndarray)}
     options = {name: value for name, value in given.items() if name not in arrays and value is not None}
+    return call_function(function, arrays, options, staged)
+
+
+def call_function(function, arrays, options, subject=None):
+    """arrays: contiguous, double, float32, uint32 or uint8. subject: a Mesh, or what an earlier call returned."""
     table = (_Given * len(arrays))(*(_Given(name.encode(), a.ctypes.data, a.dtype.char.encode(), len(a),
                                             a.shape[1] if a.ndim == 2 else 1) for name, a in arrays.items()))
-    return LaboratoryResult(_library.meander_laboratory(function.encode(), json.dumps(options).encode(), table,
-                                                        len(arrays), staged))
+    return LaboratoryResult(_library.meander_call(function.encode(), json.dumps(options).encode(), table, len(arrays),
+                                                  subject))
+
+
+def remesh(mesh, content, sample, lines, threads, timeout):
+    threads, timeout = _limits(threads, timeout)
+    arrays = {"content": numpy.frombuffer(_digest(content), numpy.uint8)}
+
+    def call(text):  # that of all options; each list has its own
+        given = json.loads(text)
+        return call_function("remesh", arrays, {
+            "sample": json.dumps({name: given[name] for name in sample}),
+            "mesh": json.dumps({name: given[name] for name in lines}), "threads": threads, "timeout": timeout}, mesh)
+    return _with_options(call, {**sample, **lines})

@@ -1,5 +1,6 @@
 """Stores (docs/STORE.md) as numpy arrays and as data sets. Needs h5py."""
 import json
+import operator
 import os
 
 import numpy
@@ -32,30 +33,57 @@ def _open(path):
     return file
 
 
+def _words(column):
+    """The numbers of an enum dataset, and its words by number."""
+    return column[:], {number: word for word, number in _h5py().check_enum_dtype(column.dtype).items()}
+
+
+def _datasets(file):
+    """The datasets of samples in a store, by every name that a column goes by: "face" and "face_index", for example;
+    attributes as "attributes/NAME", descriptors as "descriptors/NAME"."""
+    found = {}
+    for column in _core.columns():
+        stored = next((name for name in (column["dataset"], column["former"]) if name in file), None)
+        if stored is not None:
+            for name in (column["dataset"], column["former"], column["array"], column["dataset"].replace("/", "_")):
+                found[name] = stored
+    for group in ("attributes", "descriptors"):
+        found.update({"%s/%s" % (group, name): "%s/%s" % (group, name) for name in file.get(group, ())})
+    return found
+
+
 class Store:
     """A store: its rows as numpy arrays. Use it in a `with` statement, or close it.
 
-    ids: of all M rows, in their order; status: words, "ok" for rows with points; labels: (M,) int32, -1 where unknown.
-    ok: the numbers of the rows that have points. samples: points a row. attributes: the names of those that are stored.
+    A store has M rows, one for each model of the input, each with a status. Arrays below that are of "the ok rows" leave
+    out those without points.
+
+    ids: M names, paths below the input folder, ascending. status: M words, "ok" for rows with points.
+    ok: the numbers of the rows with points, ascending. samples: points a row.
+    labels: (M,) int32 numbers of classes, -1 where unknown; class_names: the name of class 0, 1, ...
+    splits: M words, "train", "test", "validation" or "none".
+    columns: the names of the columns of samples that are stored, for `column` and StoreDataset.
+    attributes: the names of those that `run --attribute` stored. descriptors: names, of `run --describe`. color_sources: M words, where the colors of a row come
+        from ("texture", "vertex", "face", "material", "none"); None for a store without colors.
     file: the h5py.File, for everything else (docs/STORE.md lists the datasets).
     """
 
     def __init__(self, path):
-        h5py = _h5py()
         self.path = os.fspath(path)
         self.file = _open(self.path)
         kind = self.file.attrs.get("format", "")
         if (kind.decode() if isinstance(kind, bytes) else kind) != "meander":
             self.file.close()
             raise ValueError("`%s` is no store of Meander" % self.path)
-        column = self.file["items/status"]
-        words = {number: word for word, number in h5py.check_enum_dtype(column.dtype).items()}
-        numbers = column[:]
+        numbers, words = _words(self.file["items/status"])
         self.status = [words[number] for number in numbers]
         self.ok = numpy.flatnonzero(numbers == 0)
         self.ids = self.file["items/id"].asstr()[:].tolist()
         self.labels = self.file["label"][:, 0]
+        self.class_names = [str(name) for name in self.file["label"].attrs.get("names", ())]
         self.samples = int(self.file.attrs["samples"])
+        self._datasets = _datasets(self.file)
+        self.columns = [name for name, dataset in self._datasets.items() if name == dataset]
         self.attributes = list(self.file["attributes"]) if "attributes" in self.file else []
         self._row_of = None
         self._name_ends = None
@@ -97,12 +125,9 @@ class Store:
         row = self.row(item)
         if self.status[row] != "ok":
             raise SamplingError(self.status[row], self.reason(row), row)
-        arrays = {}
-        for column in _core.columns():
-            for name in (column["dataset"], column["former"]):
-                if name in self.file:
-                    arrays[column["dataset"].replace("/", "_")] = self.file[name][row]
-                    break
+        stored = _datasets(self.file)
+        arrays = {name: self.file[stored[name]][row]
+                  for name in (column["dataset"].replace("/", "_") for column in _core.columns()) if name in stored}
         if self.attributes:
             arrays["attributes"] = {name: self.file["attributes/" + name][row] for name in self.attributes}
         return arrays
@@ -139,27 +164,92 @@ class Store:
         begin, end = int(self._name_ends[row - 1]) if row > 0 else 0, int(self._name_ends[row])
         return json.loads(self.file["names"][begin:end].tobytes().decode()) if end > begin else {}
 
+    @property
+    def splits(self):
+        numbers, words = _words(self.file["items/split"])
+        return [words[number] for number in numbers]
+
+    @property
+    def color_sources(self):
+        if "items/color_source" not in self.file:
+            return None
+        numbers, words = _words(self.file["items/color_source"])
+        return [words[number] for number in numbers]
+
+    @property
+    def rgb(self):
+        """(rows, n, 3) uint8: the colors of all ok rows as displayed (sRGB), of a run with `--colors`. Reads all of them;
+        `column("rgb", split, points)` reads some. KeyError for a store without colors."""
+        return self.column("rgb")
+
+    @property
+    def noted(self):
+        """A dict from id to `notes(id)` of the rows whose file asks for something that it did not get."""
+        if "items/notes" not in self.file:
+            return {}
+        rows = numpy.flatnonzero(self.file["items/notes"][:].any(axis=1))
+        return {self.ids[row]: self.notes(int(row)) for row in rows}
+
+    def dataset_of(self, column):
+        """The path of the dataset of a column (of `columns`). KeyError that names those that there are."""
+        if column not in self._datasets:
+            raise KeyError("`%s` has no column %r: it has %s" % (self.path, column, ", ".join(self.columns)))
+        return self._datasets[column]
+
+    def column(self, name, split=None, points=None):
+        """(rows, n, ...) of a column of samples, or (rows, values) of a descriptor, of the ok rows (of a split).
+
+        name: one of `columns`, "points", "rgb", "attributes/NAME", "descriptors/NAME" ... points: the first so many of each
+        row, 1 to n; None for all. Memory: the array.
+        """
+        dataset, rows = self.file[self.dataset_of(name)], self.rows(split)
+        whole = len(rows) == len(self)  # HDF5 is slow with lists of rows
+        if points is None or name.startswith("descriptors/"):
+            return dataset[:] if whole else dataset[rows]
+        points = self.check_points(points)
+        return dataset[:, :points] if whole else dataset[rows, :points]
+
+    def check_points(self, points):
+        """`points` as a number of points to take from the beginning of each row. ValueError for one that rows do not have,
+        and for a store of `run --order curve`, where they are a part of the surface."""
+        points = operator.index(points)
+        if not 1 <= points <= self.samples:
+            raise ValueError("points is %d: 1 to the %d of a row of `%s`" % (points, self.samples, self.path))
+        order = self.file["points"].attrs.get("order", "progressive")
+        if points < self.samples and (order.decode() if isinstance(order, bytes) else order) != "progressive":
+            raise ValueError("the first %d points of a row of `%s` lie in one part of the surface, for it was made with "
+                             "--order curve" % (points, self.path))
+        return points
+
     def points(self, split=None):
         """(rows, n, 3) float32: the points of all ok rows, or of those in "train", "test" or "validation"."""
-        return self.file["points"][self.rows(split)]
+        return self.column("points", split)
 
     def descriptor(self, name, split=None):
         """(rows, values) float32 of the same rows; NaN where it could not be made."""
-        return self.file["descriptors"][name][self.rows(split)]
+        return self.column("descriptors/" + name, split)
+
+    @property
+    def descriptors(self):
+        return list(self.file.get("descriptors", ()))
+
+    def described(self, name):
+        """The numbers of the ok rows that have a descriptor, ascending. KeyError where there is none of that name."""
+        values = self.file[self.dataset_of("descriptors/" + name)][:]
+        return self.ok[numpy.isfinite(values[self.ok]).all(axis=1)]
 
     def rows(self, split=None):
         """The numbers of all ok rows, or of those in one split."""
         if split is None:
             return self.ok
-        column = self.file["items/split"]
-        numbers = _h5py().check_enum_dtype(column.dtype)
-        if split not in numbers:
-            raise ValueError("no split %r: %s" % (split, ", ".join(numbers)))
-        return self.ok[column[:][self.ok] == numbers[split]]
+        numbers, words = _words(self.file["items/split"])
+        if split not in words.values():
+            raise ValueError("no split %r: %s" % (split, ", ".join(words.values())))
+        return self.ok[[words[number] == split for number in numbers[self.ok]]]
 
-    def dataset(self, samples=None, split=None):
-        """A data set for torch.utils.data.DataLoader: see StoreDataset."""
-        return StoreDataset(self.path, samples, split)
+    def dataset(self, **options):
+        """A data set for torch.utils.data.DataLoader, with the options of StoreDataset."""
+        return StoreDataset(self.path, **options)
 
 
 try:
@@ -168,34 +258,74 @@ except ImportError:
     _Dataset = object
 
 
-class StoreDataset(_Dataset):
-    """(points, normals, label) of every ok row (of a split); a torch Dataset where PyTorch is installed.
+# Columns of StoreDataset that are one value an item.
+_ITEM_COLUMNS = ("label", "class_name", "id", "split", "row")
 
-    samples: the first so many of each row (every prefix is a good sample); None for all.
-    HDF5 files do not survive a fork: each process opens the store at its first item, so workers may be forked or
-    spawned, and the object can be pickled.
+
+class StoreDataset(_Dataset):
+    """The ok rows of a store (of a split) as a sequence of tuples, for torch.utils.data.DataLoader; a torch Dataset where
+    PyTorch is installed, and a plain sequence where it is not.
+
+    store: the path, or an open Store. columns: what an item has, in this order: names of Store.columns ("points", "normals",
+        "rgb", "face", "attributes/NAME", "descriptors/NAME" ...), each an array with a row for each point, and "label" (int,
+        -1 where unknown), "class_name", "id", "split" (texts), "row" (int, in the store). One name by itself, not in a list:
+        items are that value and no tuples.
+    transform: called with the values of an item as arguments, transform(points, normals, label); what it returns is the item.
+    points: the first so many points of each row, 1 to n; None for all. Every prefix is a good sample, so that 256 of 4,096
+        points take no farthest point sampling.
+    split: "train", "test" or "validation"; None for all.
+
+    rows: the numbers of the rows. labels, class_names: as Store, `labels` of the rows of this data set.
+
+    HDF5 files do not survive a fork: each process opens the store at its first item, so workers may be forked or spawned, and
+    the object can be pickled (with its transform, which must then be a function of a module). ValueError for a store without
+    a column, for more points than there are, and for an unknown split.
     """
 
-    def __init__(self, path, samples=None, split=None):
-        self.path = os.fspath(path)
-        with Store(self.path) as store:
-            if samples is not None and not 1 <= samples <= store.samples:
-                raise ValueError("samples is %d: the store has %d a row" % (samples, store.samples))
-            if "normals" not in store.file:
-                raise ValueError("`%s` has no normals: it was made with a --store that leaves them out" % self.path)
-            self.rows = store.rows(split)
-            self.labels = store.labels[self.rows]
-        self.samples = samples
+    def __init__(self, store, columns=("points", "normals", "label"), *, transform=None, points=None, split=None):
+        self.path = store.path if isinstance(store, Store) else os.fspath(store)
+        self.columns = columns if isinstance(columns, str) else tuple(columns)
+        self.transform = transform
+        with Store(self.path) as opened:
+            self.points = None if points is None else opened.check_points(points)
+            self.rows = opened.rows(split)
+            self.labels = opened.labels[self.rows]
+            self.class_names = opened.class_names
+            self._plan = [self._source(opened, name) for name in self._names()]
         self._file = None
         self._owner = None  # the process that opened it
+
+    def _names(self):
+        return (self.columns,) if isinstance(self.columns, str) else self.columns
+
+    def _source(self, store, name):
+        """(dataset of samples, None), or (None, the values of the items)."""
+        if name == "label":
+            return None, self.labels.tolist()
+        if name == "class_name":
+            return None, [store.class_names[label] if label >= 0 else "" for label in self.labels]
+        if name == "row":
+            return None, self.rows.tolist()
+        if name in ("id", "split"):
+            values = store.ids if name == "id" else store.splits
+            return None, [values[row] for row in self.rows]
+        try:
+            return store.dataset_of(name), None
+        except KeyError as error:
+            raise ValueError("%s, and %s" % (error.args[0], ", ".join(_ITEM_COLUMNS))) from None
 
     def __len__(self):
         return len(self.rows)
 
     def __getitem__(self, index):
         file = self._open()
-        row = self.rows[index]
-        return file["points"][row, : self.samples], file["normals"][row, : self.samples], int(self.labels[index])
+        row = self.rows[index]  # IndexError ends a loop over a sequence
+        item = tuple(values[index] if dataset is None else
+                     file[dataset][row] if self.points is None or dataset.startswith("descriptors/") else
+                     file[dataset][row, : self.points] for dataset, values in self._plan)
+        if self.transform is not None:
+            return self.transform(*item)
+        return item[0] if isinstance(self.columns, str) else item
 
     def __getstate__(self):
         return {**self.__dict__, "_file": None, "_owner": None}
