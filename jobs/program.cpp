@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <csignal>
@@ -10,9 +11,11 @@
 #include <vector>
 
 #include "io/digest.h"
+#include "jobs/cli/command_help.h"
 #include "jobs/cli/command_line.h"
 #include "jobs/cli/exit_status.h"
 #include "jobs/cli/jobs.h"
+#include "jobs/cli/terminal.h"
 #include "jobs/cli/usage_error.h"
 #include "jobs/cli/working_process.h"
 #include "jobs/inputs/run_report.h"
@@ -26,9 +29,12 @@ namespace meander {
 namespace {
 
 constexpr const char* footer =
-    "Exit codes: 0 all done, 1 internal error, 2 usage or cannot start, 3 finished but some items failed,\n"
-    "            or no model has an attribute that was asked for, 75 stopped early, the same command "
-    "continues.";
+    "Exit codes:\n"
+    "  0 everything was done\n"
+    "  1 internal error\n"
+    "  2 wrong options, or the command cannot start\n"
+    "  3 finished, but some items failed, or no model has an attribute that was asked for\n"
+    "  75 stopped early; the same command continues";
 
 int say(int status, const std::string& text) {
   fmt::print(stderr, "meander: {}\n", text);
@@ -82,27 +88,36 @@ std::vector<Subcommand> all_subcommands(Command& program, const Laboratory* labo
           {"retrieve", [&, laboratory] { return add_retrieve_job(program, laboratory); }},
           {"describe", [&] { return add_describe_job(program); }},
           {"remesh", [&] { return add_remesh_job(program, hook); }},
+          {"help", [&] { return add_help_job(program); }},
           {"pages", [&] { return add_pages_job(program); }}};
 }
 
-struct Job {
-  const char* name;
-  JobFunction run;
-};
-
-// Adds the subcommand that the first argument names, or all when it names none or is `pages`, which describes
-// them: adding the options of all takes some milliseconds.
-std::vector<Job> add_subcommands(const std::vector<Subcommand>& subcommands, const std::string& first) {
-  std::vector<Job> jobs;
-  const auto named = std::find_if(subcommands.begin(), subcommands.end(),
-                                  [&](const Subcommand& subcommand) { return subcommand.name == first; });
-  const bool one = named != subcommands.end() && first != "pages";
-  for (const Subcommand& subcommand : subcommands)
-    if (!one || &subcommand == &*named) jobs.push_back({subcommand.name, subcommand.add()});
-  return jobs;
+// What a command line without arguments shows.
+std::string first_steps(const Command& program) {
+  return fmt::format(
+      "meander: a command is missing. To begin with:\n\n{}\n`meander help` lists all commands.\n",
+      example_text(program.description(), terminal_width(STDERR_FILENO)));
 }
 
 }  // namespace
+
+std::vector<Job> add_jobs(Command& program, const Laboratory* laboratory, const StageHook& hook,
+                          const std::vector<std::string>& arguments) {
+  const std::vector<Subcommand> subcommands = all_subcommands(program, laboratory, hook, arguments);
+  const std::string first = arguments.empty() ? "" : arguments.front();
+  std::vector<Job> jobs;
+  const auto named = std::find_if(subcommands.begin(), subcommands.end(),
+                                  [&](const Subcommand& subcommand) { return subcommand.name == first; });
+  const bool one = named != subcommands.end() && first != "help" && first != "pages";
+  for (const Subcommand& subcommand : subcommands)
+    if (!one || &subcommand == &*named) jobs.push_back({subcommand.name, subcommand.add()});
+  program.example("meander run models/ -o store.h5 -n 2048",
+                  "Sample every mesh of a folder, or a single mesh file, into one store");
+  program.example("meander export store.h5 --html page.html",
+                  "Look at the samples: a page to turn the models in");
+  program.example("meander help run", "The options of a command, after two examples");
+  return jobs;
+}
 
 int run_program(int argc, char** argv, const Laboratory* laboratory, StageHook hook) {
   prepare_standard_streams();
@@ -114,11 +129,14 @@ int run_program(int argc, char** argv, const Laboratory* laboratory, StageHook h
   Command program = line.program();
   program.require_subcommand();
   const std::vector<std::string> arguments(argv + 1, argv + argc);
-  const std::vector<Job> jobs = add_subcommands(all_subcommands(program, laboratory, hook, arguments),
-                                                arguments.empty() ? "" : arguments.front());
+  const std::vector<Job> jobs = add_jobs(program, laboratory, hook, arguments);
+  if (arguments.empty()) {
+    fmt::print(stderr, "{}", first_steps(program));
+    return exit_usage;
+  }
   std::string chosen;
   try {
-    if (!line.parse(argc, argv)) return exit_done;
+    if (!line.parse(argc, argv)) return end_output(exit_done);
     for (const Job& job : jobs)
       if (program.chose(job.name)) {
         chosen = job.name;

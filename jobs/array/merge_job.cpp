@@ -252,14 +252,19 @@ int merge(const MergeOptions& options, const Laboratory* laboratory) {
 JobFunction add_merge_job(Command& program, const Laboratory* laboratory) {
   Command command =
       program.add_subcommand("merge", "Join the shards of an array, or finished stores, into one store");
+  command.example("meander merge store.h5.run", "The shards of `meander plan models/ -o store.h5`");
+  command.example("meander merge chairs.h5 tables.h5 -o furniture.h5",
+                  "Finished stores that were made with the same parameters");
   auto options = std::make_shared<MergeOptions>();
   command
       .add_option("STORE", options->inputs, "STORE.run of `meander plan`, or stores of the same parameters")
       .required();
   command.add_option("-o,--output", options->output, "The store to write, for finished stores");
-  command.add_option("--pack-size", options->pack_size,
-                     "Write a store larger than this (100G, say; before compression, without ids) as packs "
-                     "of at most this size, of 4,096 rows or more, and an index; for STORE.run");
+  command
+      .add_option("--pack-size", options->pack_size,
+                  "Write a store larger than this (100G, say; before compression, without ids) as packs "
+                  "of at most this size, of 4,096 rows or more, and an index; for STORE.run")
+      .bytes();
   command.add_flag("--fresh", options->fresh, "Replace a store of this name");
   add_trust_option(command, options->check);
   command.add_flag("--json", options->json, "The summary as JSON on standard output");

@@ -137,6 +137,9 @@ int print(const StatusOptions& options) {
 
 JobFunction add_status_job(Command& program) {
   Command command = program.add_subcommand("status", "Show the progress of an array of `meander plan`");
+  command.example("meander status store.h5.run", "How many shards are done, and which failed");
+  command.example("meander status store.h5.run --array",
+                  "The tasks to start again, for the scheduler's --array");
   auto options = std::make_shared<StatusOptions>();
   command.add_option("STORE.run", options->run, "The folder that `meander plan` made").required();
   command.add_flag("--array", options->array, "Print the tasks to start again, such as 3,7-9");

@@ -4,61 +4,93 @@
 
 #include <CLI/CLI.hpp>
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <cstdint>
+#include <cstdio>
+#include <limits>
+#include <map>
 #include <memory>
+#include <optional>
 #include <set>
+#include <string_view>
 #include <type_traits>
+#include <utility>
 
+#include "jobs/cli/command_help.h"
+#include "jobs/cli/terminal.h"
 #include "jobs/cli/units.h"
 #include "jobs/cli/usage_error.h"
 #include "kernels/core/spelling.h"
 
 namespace meander {
 
+struct CommandMarks {
+  struct Range {
+    std::string low, high;  // as messages show them
+    long double from = 0, to = 0;
+  };
+  std::set<const CLI::Option*> common;
+  std::map<const CLI::Option*, Range> ranges;
+  std::map<const CLI::App*, std::vector<CommandExample>> examples;
+  std::vector<std::string> arguments;  // that are being parsed
+};
+
 namespace {
 
 // The name of the validator of options that take one of several words; its description lists them.
 constexpr const char* words_validator = "words";
 
-// Replaces CLI::Range, whose error message differs between versions of CLI11.
-template <class Value>
-CLI::Validator range_validator(Value low, Value high) {
-  const std::string lowest = fmt::format("{}", low), highest = fmt::format("{}", high);
-  return {[=](std::string& input) -> std::string {
-            Value value{};
-            const bool is_inside = CLI::detail::lexical_cast(input, value) && value >= low && value <= high;
-            return is_inside ? "" : "Value " + input + " not in range " + lowest + " to " + highest;
-          },
-          fmt::format("{} in [{} - {}]", CLI::detail::type_name<Value>(), lowest, highest), ""};
+// The name of the option as it was given, else its longest one.
+std::string given_name(const CLI::Option& option, const std::vector<std::string>& arguments) {
+  for (const std::string& argument : arguments) {
+    for (const std::string& name : option.get_lnames())
+      if (argument == "--" + name || argument.starts_with("--" + name + "=")) return "--" + name;
+    for (const std::string& name : option.get_snames())
+      if (argument.starts_with("-" + name)) return "-" + name;
+  }
+  return option.get_name();
 }
 
-// Writes what follows the names of an option in the help, the same for every version of CLI11.
-class OptionFormatter : public CLI::Formatter {
- public:
-  std::string make_option_opts(const CLI::Option* option) const override {
-    std::string text;
-    if (option->get_type_size() != 0) {
-      if (!option->get_type_name().empty()) text += " " + option->get_type_name();
-      if (!option->get_default_str().empty()) text += "=" + option->get_default_str();
-      if (option->get_expected_max() == CLI::detail::expected_max_vector_size) text += " ...";
-      if (option->get_required()) text += " REQUIRED";
-    }
-    const auto names_of = [](const std::set<CLI::Option*>& others) {
-      std::string names;
-      for (const CLI::Option* other : others) names += " " + other->get_name();
-      return names;
-    };
-    if (!option->get_needs().empty()) text += " Needs:" + names_of(option->get_needs());
-    if (!option->get_excludes().empty()) text += " Excludes:" + names_of(option->get_excludes());
-    return text;
-  }
-};
+// "a whole number from 1 to 9"
+template <class Value>
+std::string form_of(const std::optional<CommandMarks::Range>& range) {
+  std::string form = std::is_integral_v<Value> ? "a whole number" : "a number";
+  if (range) form += " from " + range->low + " to " + range->high;
+  if (!std::is_integral_v<Value>) return form + (range ? "" : " such as 0.5");
+  if (range && (range->from > 2048 || range->to < 10000)) return form;
+  return form + (range ? ", such as 2048 or 10k" : " such as 2048 or 10k");
+}
+
+// The text of a number without exponent and unit. Throws UsageError for any that the option does not take.
+template <class Value>
+std::string number_text(const std::string& text, const CLI::Option& option, const CommandMarks& marks) {
+  const std::string plain = std::is_integral_v<Value> ? plain_count(text) : text;
+  const auto found = marks.ranges.find(&option);
+  const auto range = found == marks.ranges.end() ? std::nullopt : std::optional(found->second);
+  Value value{};
+  const auto [end, error] = std::from_chars(plain.data(), plain.data() + plain.size(), value);
+  const auto exact = static_cast<long double>(value);
+  const bool is_number = end == plain.data() + plain.size() && !plain.empty() && std::isfinite(exact);
+  if (is_number && error == std::errc() && (!range || (exact >= range->from && exact <= range->to)))
+    return plain;
+  std::string form = form_of<Value>(range);
+  if (is_number && !range && error == std::errc::result_out_of_range && std::is_integral_v<Value>)
+    form = fmt::format("a whole number up to {}", std::numeric_limits<Value>::max());
+  throw UsageError(fmt::format("{} takes {}, not `{}`", given_name(option, marks.arguments), form, text));
+}
 
 }  // namespace
 
 // ---- Option ----------------------------------------------------------------------------------------------
+
+Option& Option::common() {
+  marks_->common.insert(option_);
+  return *this;
+}
 
 Option& Option::show_default() {
   option_->capture_default_str();
@@ -107,29 +139,49 @@ Option& Option::one_of(const std::vector<std::string>& words) {
   return *this;
 }
 
-Option& Option::range(int low, int high) {
-  option_->check(range_validator(low, high));
-  return *this;
+namespace {
+
+template <class Value>
+void set_range(CommandMarks& marks, const CLI::Option* option, Value low, Value high) {
+  marks.ranges[option] = {fmt::format("{}", low), fmt::format("{}", high), static_cast<long double>(low),
+                          static_cast<long double>(high)};
 }
+
+}  // namespace
+
+Option& Option::range(int low, int high) { return set_range(*marks_, option_, low, high), *this; }
 
 Option& Option::range(std::uint64_t low, std::uint64_t high) {
-  option_->check(range_validator(low, high));
-  return *this;
+  return set_range(*marks_, option_, low, high), *this;
 }
 
-Option& Option::range(double low, double high) {
-  option_->check(range_validator(low, high));
-  return *this;
-}
+Option& Option::range(double low, double high) { return set_range(*marks_, option_, low, high), *this; }
 
-Option& Option::whole_number() {
-  option_->check([](const std::string& input) -> std::string {
-    const bool digits = !input.empty() && input.find_first_not_of("0123456789") == std::string::npos;
-    if (!digits) return "`" + input + "` is not a whole number";
-    std::uint64_t value = 0;
-    const auto [end, error] = std::from_chars(input.data(), input.data() + input.size(), value);
-    return error == std::errc() ? std::string() : "`" + input + "` is larger than 2^64 - 1";
+namespace {
+
+// Checks that take(text) accepts the text; `form` is what the option takes.
+template <class Take>
+void check_amount(CLI::Option* option, const CommandMarks* marks, const char* form, const Take& take) {
+  option->check([=](const std::string& text) -> std::string {
+    try {
+      take(text);
+    } catch (const UsageError&) {
+      throw UsageError(
+          fmt::format("{} takes {}, not `{}`", given_name(*option, marks->arguments), form, text));
+    }
+    return {};
   });
+}
+
+}  // namespace
+
+Option& Option::bytes() {
+  check_amount(option_, marks_, "a size such as 4G or 512M (K, M, G, T)", parse_bytes);
+  return *this;
+}
+
+Option& Option::seconds() {
+  check_amount(option_, marks_, "a time such as 90s or 2m (ms, s, m, h)", parse_seconds);
   return *this;
 }
 
@@ -141,30 +193,37 @@ Option& Option::on_given(std::function<void()> function) {
 // ---- Command ---------------------------------------------------------------------------------------------
 
 Command Command::add_subcommand(const std::string& name, const std::string& help) {
-  return Command(command_->add_subcommand(name, help));
+  return Command(command_->add_subcommand(name, help), marks_);
 }
 
 Command Command::add_hidden_subcommand(const std::string& name) {
   CLI::App* command = command_->add_subcommand(name)->group("");
   command->set_help_flag();
+  command->set_help_all_flag();
   command->prefix_command();
-  return Command(command);
+  return Command(command, marks_);
 }
 
 Command Command::add_unlisted_subcommand(const std::string& name, const std::string& help) {
-  return Command(command_->add_subcommand(name, help)->group(""));
+  return Command(command_->add_subcommand(name, help)->group(""), marks_);
 }
 
-Command Command::under(const std::string& heading) const { return Command(command_, heading); }
+Command Command::under(const std::string& heading) const { return Command(command_, marks_, heading); }
+
+void Command::example(const std::string& line, const std::string& purpose) {
+  marks_->examples[command_].push_back({line, purpose});
+}
 
 void Command::require_subcommand() { command_->require_subcommand(1); }
 
 template <class Value>
 Option Command::add_option(const std::string& names, Value& variable, const std::string& help) {
   CLI::Option* const option = command_->add_option(names, variable, help)->group(heading_);
-  if constexpr (std::is_integral_v<Value>)  // before the checks
-    option->transform([](const std::string& text) { return plain_count(text); }, "");
-  return Option(option);
+  if constexpr (std::is_arithmetic_v<Value>)  // before the checks
+    option->transform([option, marks = marks_](
+                          const std::string& text) { return number_text<Value>(text, *option, *marks); },
+                      "");
+  return Option(option, marks_);
 }
 
 template Option Command::add_option(const std::string&, std::string&, const std::string&);
@@ -176,15 +235,15 @@ template Option Command::add_option(const std::string&, std::vector<std::string>
 
 Option Command::add_option(const std::string& names, std::function<void(const std::string&)> function,
                            const std::string& help) {
-  return Option(command_->add_option_function<std::string>(names, function, help)->group(heading_));
+  return Option(command_->add_option_function<std::string>(names, function, help)->group(heading_), marks_);
 }
 
 Option Command::add_flag(const std::string& names, bool& variable, const std::string& help) {
-  return Option(command_->add_flag(names, variable, help)->group(heading_));
+  return Option(command_->add_flag(names, variable, help)->group(heading_), marks_);
 }
 
 Option Command::add_flag(const std::string& names, std::function<void()> function, const std::string& help) {
-  return Option(command_->add_flag_callback(names, std::move(function), help)->group(heading_));
+  return Option(command_->add_flag_callback(names, std::move(function), help)->group(heading_), marks_);
 }
 
 bool Command::chose(const std::string& subcommand) const { return command_->got_subcommand(subcommand); }
@@ -214,7 +273,7 @@ std::vector<std::string> words_of(CLI::Option& option) {
   return words;
 }
 
-OptionDescription description_of(CLI::Option& option) {
+OptionDescription description_of(CLI::Option& option, const CommandMarks& marks) {
   OptionDescription description;
   for (const std::string& name : option.get_snames()) description.flags.push_back("-" + name);
   for (const std::string& name : option.get_lnames()) description.flags.push_back("--" + name);
@@ -231,21 +290,37 @@ OptionDescription description_of(CLI::Option& option) {
   description.heading = option.get_group();
   description.required = option.get_required();
   description.repeated = option.get_items_expected_max() > 1;
+  description.common = marks.common.contains(&option);
+  // In the order of their names: the sets of CLI11 are in the order of addresses.
+  const auto names_of = [](const std::set<CLI::Option*>& others) {
+    std::vector<std::string> names;
+    for (const CLI::Option* other : others) names.push_back(other->get_name());
+    std::sort(names.begin(), names.end());
+    return names;
+  };
+  description.needs = names_of(option.get_needs());
+  description.excludes = names_of(option.get_excludes());
   return description;
 }
 
-CommandDescription description_of(CLI::App& command) {
-  CommandDescription description{command.get_name(), command.get_description(), command.get_footer(), {}, {}};
+CommandDescription description_of(CLI::App& command, const CommandMarks& marks) {
+  CommandDescription description;
+  description.name = command.get_name();
+  description.help = command.get_description();
+  description.footer = command.get_footer();
+  if (const auto shown = marks.examples.find(&command); shown != marks.examples.end())
+    description.examples = shown->second;
   for (CLI::Option* option : command.get_options())
-    if (!option->get_group().empty()) description.options.push_back(description_of(*option));
+    if (!option->get_group().empty()) description.options.push_back(description_of(*option, marks));
   for (CLI::App* subcommand : command.get_subcommands({}))
-    if (!subcommand->get_group().empty()) description.subcommands.push_back(description_of(*subcommand));
+    if (!subcommand->get_group().empty())
+      description.subcommands.push_back(description_of(*subcommand, marks));
   return description;
 }
 
 }  // namespace
 
-CommandDescription Command::description() const { return description_of(*command_); }
+CommandDescription Command::description() const { return description_of(*command_, *marks_); }
 
 // ---- CommandLine -----------------------------------------------------------------------------------------
 
@@ -303,23 +378,65 @@ std::string explain(const CLI::App& program, const CLI::ParseError& error) {
 
 }  // namespace
 
+namespace {
+
+// The option in American spelling, which all options have.
+std::string american(std::string argument) {
+  constexpr std::pair<std::string_view, std::string_view> spellings[] = {{"colour", "color"},
+                                                                         {"neighbour", "neighbor"},
+                                                                         {"normalis", "normaliz"},
+                                                                         {"parameteris", "parameteriz"}};
+  for (const auto& [british, spelled] : spellings) {
+    const std::size_t at = argument.find(british);
+    if (at < argument.find('=')) argument.replace(at, british.size(), spelled);
+  }
+  return argument;
+}
+
+void print_help(CLI::App& program, const CommandMarks& marks, HelpScope scope) {
+  CLI::App* command = &program;
+  std::string words = program.get_name();
+  while (!command->get_subcommands().empty()) {
+    command = command->get_subcommands().front();
+    words += " " + command->get_name();
+  }
+  fmt::print("{}",
+             command_help(description_of(*command, marks), words, scope, terminal_width(STDOUT_FILENO)));
+}
+
+}  // namespace
+
 CommandLine::CommandLine(const std::string& name, const std::string& help, const std::string& version,
                          const std::string& footer)
-    : app_(std::make_unique<CLI::App>(help, name)) {
-  app_->formatter(std::make_shared<OptionFormatter>());
+    : marks_(std::make_unique<CommandMarks>()), app_(std::make_unique<CLI::App>(help, name)) {
+  app_->set_help_flag("-h,--help", "Show examples and the common options");
+  app_->set_help_all_flag("--help-all", "Show all options");
   app_->set_version_flag("--version", version);
   app_->footer(footer);
 }
 
 CommandLine::~CommandLine() = default;
 
-Command CommandLine::program() { return Command(app_.get()); }
+Command CommandLine::program() { return Command(app_.get(), marks_.get()); }
 
 bool CommandLine::parse(int argc, char** argv) {
+  std::vector<std::string>& arguments = marks_->arguments;
+  arguments.assign(argv, argv + argc);
+  const auto options_end = std::find(arguments.begin(), arguments.end(), "--");
+  for (auto argument = arguments.begin(); argument != options_end; ++argument)
+    if (argument->starts_with("--")) *argument = american(*argument);
+  std::vector<const char*> pointers;
+  for (const std::string& argument : arguments) pointers.push_back(argument.c_str());
   try {
-    app_->parse(argc, argv);
-  } catch (const CLI::Success& help) {
-    app_->exit(help);  // prints it
+    app_->parse(argc, pointers.data());
+  } catch (const CLI::CallForHelp&) {
+    print_help(*app_, *marks_, HelpScope::common);
+    return false;
+  } catch (const CLI::CallForAllHelp&) {
+    print_help(*app_, *marks_, HelpScope::all);
+    return false;
+  } catch (const CLI::Success& version) {
+    app_->exit(version);  // prints it
     return false;
   } catch (const CLI::ParseError& error) {
     throw UsageError(explain(*app_, error));

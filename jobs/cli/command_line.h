@@ -23,23 +23,35 @@ struct OptionDescription {
   std::vector<std::string> words;  // the values that it accepts; empty: any
   std::string initial;             // the default as the help shows it; may be empty
   std::string help, heading;
-  bool required = false, repeated = false;
+  std::vector<std::string> needs, excludes;  // names of other options
+  bool required = false, repeated = false, common = false;
+};
+
+// A command line that a help shows, and what it does.
+struct CommandExample {
+  std::string line, purpose;
 };
 
 // The program or a subcommand with its options and subcommands, in the order of the help and without those
 // that the help does not show.
 struct CommandDescription {
   std::string name, help, footer;
+  std::vector<CommandExample> examples;
   std::vector<OptionDescription> options;
   std::vector<CommandDescription> subcommands;
 };
+
+// What the handles know of options and commands beside CLI11.
+struct CommandMarks;
 
 // A handle of an option or a positional argument, valid as long as its CommandLine. Checks and the functions
 // of `on_given` run in the order in which they were added; all else may be set in any order.
 class Option {
  public:
-  explicit Option(CLI::Option* option) : option_(option) {}
+  Option(CLI::Option* option, CommandMarks* marks) : option_(option), marks_(marks) {}
 
+  // Marks the option as one that the short help shows. A command without such options shows all of them.
+  Option& common();
   // Shows the present value of the variable, or `text`, as the default in the help.
   Option& show_default();
   Option& show_default(const std::string& text);
@@ -55,25 +67,28 @@ class Option {
 
   // The checks apply to each value. one_of: the error names all words, and the nearest one.
   Option& one_of(const std::vector<std::string>& words);
-  // range: `low` to `high`, both included.
+  // range: of a number, `low` to `high`, both included.
   Option& range(int low, int high);
   Option& range(std::uint64_t low, std::uint64_t high);
   Option& range(double low, double high);
-  // whole_number: digits alone, since an unsigned number with a minus sign would wrap around to a huge one.
-  Option& whole_number();
+
+  // An amount as a text, for parse_bytes and parse_seconds (units.h).
+  Option& bytes();
+  Option& seconds();
 
   // The function is called for each value that is given, not for the default.
   Option& on_given(std::function<void()> function);
 
  private:
   CLI::Option* option_;
+  CommandMarks* marks_;
 };
 
 // A handle of the program or of a subcommand, valid as long as its CommandLine.
 class Command {
  public:
-  explicit Command(CLI::App* command, std::string heading = "Options")
-      : command_(command), heading_(std::move(heading)) {}
+  Command(CLI::App* command, CommandMarks* marks, std::string heading = "Options")
+      : command_(command), marks_(marks), heading_(std::move(heading)) {}
 
   Command add_subcommand(const std::string& name, const std::string& help);
   // A subcommand that the help does not show and that accepts any arguments.
@@ -82,11 +97,15 @@ class Command {
   Command add_unlisted_subcommand(const std::string& name, const std::string& help);
   // The same command: options that are added by the returned handle stand under this heading of the help.
   Command under(const std::string& heading) const;
+  // Adds a command line that the help begins with.
+  void example(const std::string& line, const std::string& purpose);
   // Exactly one subcommand must be given.
   void require_subcommand();
 
   // An option ("-o,--output") or a positional argument ("STORE") with a value. Value is std::string, int,
-  // std::uint32_t, std::uint64_t, double, or std::vector<std::string> for several.
+  // std::uint32_t, std::uint64_t, double, or std::vector<std::string> for several. Whole numbers take
+  // exponents and units (plain_count); the error of a number names the option as it was given and the form it
+  // takes.
   template <class Value>
   Option add_option(const std::string& names, Value& variable, const std::string& help);
   // The same with a function that is called with the value, after the checks.
@@ -107,6 +126,7 @@ class Command {
 
  private:
   CLI::App* command_;
+  CommandMarks* marks_;
   std::string heading_;
 };
 
@@ -120,9 +140,11 @@ class CommandLine {
   Command program();
   // True: the variables are set. False: the help or the version was printed, and nothing is left to do.
   // Throws UsageError with one sentence; for an unknown option it names the nearest option of the subcommand.
+  // Options may have their British spelling (--colour).
   bool parse(int argc, char** argv);
 
  private:
+  std::unique_ptr<CommandMarks> marks_;  // outlives the options that refer to it
   std::unique_ptr<CLI::App> app_;
 };
 

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <string_view>
 
+#include "jobs/cli/command_help.h"
+
 namespace meander {
 
 namespace {
@@ -111,7 +113,7 @@ std::string options_text(const CommandDescription& command) {
         if (heading != "Options") options += ".SS " + roff(heading) + "\n";
       }
       text += ".TP\n" + head_of(option) + "\n" + roff(option.help);
-      if (!option.initial.empty()) text += roff(fmt::format(" (default: {})", option.initial));
+      if (const std::string notes = option_notes(option); !notes.empty()) text += roff(" (" + notes + ")");
       text += "\n";
     }
   return (arguments.empty() ? "" : ".SH ARGUMENTS\n" + arguments) +
@@ -141,6 +143,11 @@ std::string manual_page(const NamedCommand& named, const std::vector<NamedComman
     text += ".SH COMMANDS\n";
     for (const CommandDescription& subcommand : command.subcommands)
       text += ".TP\n" + bold(subcommand.name) + "\n" + roff(subcommand.help) + "\n";
+  }
+  if (!command.examples.empty()) {
+    text += ".SH EXAMPLES\n";
+    for (const CommandExample& example : command.examples)
+      text += ".TP\n" + bold(example.line) + "\n" + roff(example.purpose) + "\n";
   }
   text += options_text(command);
   const std::string& footer = all.front().command->footer;

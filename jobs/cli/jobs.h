@@ -31,8 +31,21 @@ JobFunction add_surface_job(Command& program);
 JobFunction add_retrieve_job(Command& program, const Laboratory* laboratory);
 JobFunction add_describe_job(Command& program);
 JobFunction add_remesh_job(Command& program, StageHook hook = {});
+JobFunction add_help_job(Command& program);
 // The help does not show this one: the build calls it.
 JobFunction add_pages_job(Command& program);
+
+// A command with the function that runs it.
+struct Job {
+  const char* name;
+  JobFunction run;
+};
+
+// Adds the commands: the one that the first argument names, or all where it names none or describes them
+// (`help`, `pages`), since adding the options of all takes some milliseconds. The hook and the arguments must
+// outlive the program.
+std::vector<Job> add_jobs(Command& program, const Laboratory* laboratory, const StageHook& hook,
+                          const std::vector<std::string>& arguments);
 
 // The whole program: parses the arguments, runs the job and explains errors. Returns the exit code.
 int run_program(int argc, char** argv, const Laboratory* laboratory, StageHook hook = {});

@@ -50,13 +50,17 @@ class SettingOptions {
       std::visit(
           [&](auto* number) {
             Option option = add_number(command, setting.option, *number, setting.help);
+            if (setting.low < setting.high) option.range(setting.low, setting.high);
             if (!setting.shows_default) option.show_default("");
+            if (setting.is_common) option.common();
             option.on_given(note);
           },
           setting.number(settings));
     } else if (setting.is_list) {
       const auto texts = std::make_shared<std::vector<std::string>>();
-      command.add_option(setting.option, *texts, setting.help).separator(',').one_at_a_time().on_given(note);
+      Option option = command.add_option(setting.option, *texts, setting.help);
+      option.separator(',').one_at_a_time().on_given(note);
+      if (setting.is_common) option.common();
       finishers_.push_back([texts, wrong, &setting, &settings] {
         if (!texts->empty()) wrong(setting.set(settings, joined_texts(*texts, ",")));
       });
@@ -67,6 +71,7 @@ class SettingOptions {
           setting.help);
       if (setting.shows_default) option.show_default(std::get<std::string>(setting.value(settings)));
       if (!setting.words.empty()) option.one_of(setting.words);
+      if (setting.is_common) option.common();
       option.on_given(note);
     }
   }
@@ -77,10 +82,6 @@ class SettingOptions {
   }
   static Option add_number(Command& command, const std::string& names, bool& flag, const std::string& help) {
     return command.add_flag(names, flag, help);
-  }
-  static Option add_number(Command& command, const std::string& names, std::uint64_t& number,
-                           const std::string& help) {
-    return command.add_option(names, number, help).show_default().whole_number();
   }
 
   std::shared_ptr<GivenSettings> given_ = std::make_shared<GivenSettings>();

@@ -22,8 +22,7 @@ std::pair<double, std::string> number_and_unit(const std::string& text) {
   double number = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
   if (error != std::errc() || !std::isfinite(number) || number < 0)
-    throw UsageError("`" + text +
-                     "` is not a size or a duration: give a number with a unit, such as 4G or 90s");
+    throw UsageError("`" + text + "` is neither a size such as 4G nor a time such as 90s");
   return {number, lower_ascii({end, static_cast<std::size_t>(text.data() + text.size() - end)})};
 }
 

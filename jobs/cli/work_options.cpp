@@ -5,21 +5,22 @@
 #include <algorithm>
 
 #include "jobs/cli/units.h"
-#include "jobs/cli/usage_error.h"
 
 namespace meander {
 
 void add_budget_options(Command& running, WorkOptions& options) {
   running.add_option("-j,--threads", options.threads, "Threads, up to 1024 (0: all available)")
       .show_default()
+      .common()
       .range(0, 1024);
-  running.add_option("--memory", options.memory, "Memory budget of the whole process").show_default();
+  running.add_option("--memory", options.memory, "Memory budget of the whole process").show_default().bytes();
   running.add_flag("--allow-oversize", options.allow_oversize,
                    "Process a model that exceeds the memory budget, on its own");
   running
       .add_option("--timeout", options.timeout,
                   "Time limit for work on one model, waiting excluded (ms, s, m, h); 0: none")
-      .show_default();
+      .show_default()
+      .seconds();
 }
 
 void add_progress_options(Command report, WorkOptions& options) {
@@ -31,16 +32,9 @@ void add_progress_options(Command report, WorkOptions& options) {
   report.add_flag("--json", options.json, "The summary as JSON on standard output");
 }
 
-void resolve_work_options(WorkOptions& options, std::vector<std::string>& problems) {
-  const auto take = [&](const char* option, auto& value, auto parse, const std::string& text) {
-    try {
-      value = parse(text);
-    } catch (const UsageError& error) {
-      problems.push_back(std::string(option) + ": " + error.what());
-    }
-  };
-  take("--memory", options.memory_bytes, parse_bytes, options.memory);
-  take("--timeout", options.timeout_seconds, parse_seconds, options.timeout);
+void resolve_work_options(WorkOptions& options) {
+  options.memory_bytes = parse_bytes(options.memory);
+  options.timeout_seconds = parse_seconds(options.timeout);
   if (options.threads == 0) options.threads = std::max(1, oneapi::tbb::info::default_concurrency());
 }
 

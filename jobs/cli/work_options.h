@@ -3,7 +3,6 @@
 
 #include <cstdint>
 #include <string>
-#include <vector>
 
 #include "jobs/cli/command_line.h"
 
@@ -24,7 +23,7 @@ void add_budget_options(Command& running, WorkOptions& options);
 // --progress and --json.
 void add_progress_options(Command report, WorkOptions& options);
 
-// Reads the memory and the time from their texts and chooses the threads. Adds a sentence for every mistake.
-void resolve_work_options(WorkOptions& options, std::vector<std::string>& problems);
+// Reads the memory and the time from their texts and chooses the threads. Throws UsageError.
+void resolve_work_options(WorkOptions& options);
 
 }  // namespace meander

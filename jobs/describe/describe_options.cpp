@@ -156,7 +156,7 @@ void resolve_describe_options(DescribeOptions& options) {
     if (options.output.empty())
       problems.push_back("--shard describes a part of the rows: name another store for it with -o");
   }
-  resolve_work_options(options, problems);
+  resolve_work_options(options);
   if (!problems.empty()) throw UsageError(fmt::format("{}", fmt::join(problems, "\n")));
 }
 
@@ -207,19 +207,24 @@ void check_described_output(const DescribeOptions& options, std::span<const fs::
 void add_describe_command(Command& program, DescribeOptions& options) {
   Command command =
       program.add_subcommand("describe", "Add descriptors to a finished store without sampling again");
+  command.example("meander describe store.h5 models/ --descriptors pairs,d2",
+                  "Two descriptors of every model");
+  command.example("meander describe store.h5 --descriptors d1 -o described.h5", "Into another store");
   command.add_option("STORE", options.store, "The store; it is replaced as a whole at the end").required();
   command.add_option("INPUT", options.inputs,
                      fmt::format("The inputs of `meander run`, for {}; files are found by their ids",
                                  described_by_meshes()));
-  command.add_option(
-      "--descriptors", options.descriptors,
-      fmt::format("One or more of {}, separated by commas; required", fmt::join(descriptor_names, ",")));
-  command.add_option("-o,--output", options.output, "Write to this store instead");
+  command
+      .add_option(
+          "--descriptors", options.descriptors,
+          fmt::format("One or more of {}, separated by commas; required", fmt::join(descriptor_names, ",")))
+      .common();
+  command.add_option("-o,--output", options.output, "Write to this store instead").common();
   options.settings.add(command, describe_settings(), options.describe);
   command.add_option(
       "--shard", options.shard,
       "Describe part i of n of the rows, from 0/n, into the store of -o; `meander merge` joins the parts");
-  command.add_flag("--replace", options.replace, "Recompute descriptors that the store already has");
+  command.add_flag("--replace", options.replace, "Recompute descriptors that the store already has").common();
   add_list_options(command, options.collect);
   Command running = command.under("Running");
   running.add_flag("--fresh", options.fresh,

@@ -205,17 +205,17 @@ class ShardFiles {
 void add_array_export_options(const Command& whole, ArrayExport& options) {
   Command command = whole.under("Arrays");
   command
-      .add_option(
-          "--arrays", options.arrays,
-          fmt::format("{}: arrays, separated by commas (default: points,normals and, of "
-                      "a store with colours, rgb): {}, attribute:NAME; points_rgb: N x 6, the colours "
-                      "from 0 to 1",
-                      formats_with(ExportContent::arrays), fmt::join(array_names(), ", ")))
+      .add_option("--arrays", options.arrays,
+                  fmt::format("{}: arrays, separated by commas (default: points,normals and, of "
+                              "a store with colors, rgb): {}, attribute:NAME; points_rgb: N x 6, the colors "
+                              "from 0 to 1",
+                              formats_with(ExportContent::arrays), fmt::join(array_names(), ", ")))
       .separator(',');
   command
       .add_option("--shard-bytes", options.shard_bytes,
                   "webdataset: size that a shard does not exceed, unless a single model does")
       .show_default()
+      .bytes()
       .on_given([&options] { options.shapes_shards = true; });
 }
 
@@ -226,7 +226,6 @@ void check_array_export(const ArrayExport& options, const std::string& format) {
     if (const std::string problem = array_problem(name); !problem.empty()) throw UsageError(problem);
   if (options.shapes_shards && format != "webdataset")
     throw UsageError("--shard-bytes applies to --format webdataset only");
-  parse_bytes(options.shard_bytes);
 }
 
 std::vector<std::string> chosen_arrays(const StoreReader& store, const ArrayExport& options) {

@@ -228,7 +228,7 @@ void write_ann(const StoreReader& store, const DescribedRows& table, const Descr
     throw UsageError(fmt::format("{} queries of {} rows leave none to search", queries, rows));
   const std::size_t train = rows - queries;
   if (options.wants_neighbours && options.neighbours > train)
-    throw UsageError(fmt::format("--neighbours: there are {} rows to search", train));
+    throw UsageError(fmt::format("--neighbors: there are {} rows to search", train));
   const std::size_t count = std::min<std::size_t>(options.neighbours, train);
   const DistanceKind kind = options.distance == "l2" ? DistanceKind::l2 : DistanceKind::cosine;
   const std::vector<std::uint8_t> test = split(rows, queries);
@@ -285,10 +285,11 @@ void write_ann(const StoreReader& store, const DescribedRows& table, const Descr
 void add_descriptor_export_options(const Command& whole, DescriptorExport& options) {
   const auto given = [&options] { options.shapes_split = true; };
   Command command = whole.under("Descriptors");
-  command.add_option("--descriptors", options.descriptors,
-                     "Write these descriptors with --format " +
-                         formats_with(ExportContent::descriptors, "or") +
-                         ": NAME, several as NAME+NAME, or with weights as NAME=2+NAME for distances l1");
+  command
+      .add_option("--descriptors", options.descriptors,
+                  "Write these descriptors with --format " + formats_with(ExportContent::descriptors, "or") +
+                      ": NAME, several as NAME+NAME, or with weights as NAME=2+NAME for distances l1")
+      .common();
   const Option share =
       command.add_option("--test-share", options.test_share, "ann-hdf5: share of the rows that are queries")
           .show_default()
@@ -299,8 +300,8 @@ void add_descriptor_export_options(const Command& whole, DescriptorExport& optio
       .on_given(given)
       .excludes(share);
   command
-      .add_option("--neighbours", options.neighbours,
-                  "ann-hdf5: exact neighbours per query (at most the number of rows searched)")
+      .add_option("--neighbors", options.neighbours,
+                  "ann-hdf5: exact neighbors per query (at most the number of rows searched)")
       .show_default()
       .range(1, 1000000)
       .on_given([&options] { options.shapes_split = options.wants_neighbours = true; });
@@ -322,7 +323,7 @@ void check_descriptor_export(const DescriptorExport& options, const std::string&
     throw UsageError("--descriptors needs --format " + formats_with(ExportContent::descriptors, "or"));
   }
   if (options.shapes_split && format != "ann-hdf5")
-    throw UsageError("--test-share, --queries, --neighbours and --distance apply to --format ann-hdf5 only");
+    throw UsageError("--test-share, --queries, --neighbors and --distance apply to --format ann-hdf5 only");
 }
 
 int export_descriptors(const StoreReader& store, const DescriptorExport& options, OutputGuard& guard) {

@@ -24,7 +24,7 @@ struct DescriptorExport {
   std::uint32_t neighbours = 100;
   std::string distance = "l2";
   bool shapes_split = false;      // any of the four was given
-  bool wants_neighbours = false;  // --neighbours was given
+  bool wants_neighbours = false;  // --neighbors was given
 };
 
 void add_descriptor_export_options(const Command& command, DescriptorExport& options);

@@ -284,18 +284,23 @@ JobFunction add_export_job(Command& program) {
                                            "Points of a store as PLY, OFF, XYZ or npz files, WebDataset or "
                                            "PointNet shards, or an HTML page to turn "
                                            "models in; descriptors as CSV, fbin, npy or HDF5");
+  command.example("meander export store.h5 -o points", "A PLY file of points for every model");
+  command.example("meander export store.h5 --html page.html", "One page to turn the models in");
   auto options = std::make_shared<ExportOptions>();
   command.add_option("STORE", options->store, "The store").required();
   command.add_option("ITEM", options->items, "Ids or row numbers (default: all ok items)");
   const Option output =
-      command.add_option("-o,--output", options->output,
-                         "Output folder, created if missing; with --descriptors the output file; -: the "
-                         "points of one item, or the CSV of descriptors, on standard output");
+      command
+          .add_option("-o,--output", options->output,
+                      "Output folder, created if missing; with --descriptors the output file; -: the "
+                      "points of one item, or the CSV of descriptors, on standard output")
+          .common();
   std::vector<std::string> words;
   for (const ExportFormat& known : export_formats) words.emplace_back(known.word);
   const Option format =
       command.add_option("--format", options->format, "Of the point files, or of the file of descriptors")
           .show_default()
+          .common()
           .one_of(words);
   command
       .add_option(
@@ -310,12 +315,13 @@ JobFunction add_export_job(Command& program) {
                               .add_flag("--pointnet", options->pointnet,
                                         "HDF5 shards for PointNet-style loaders: all ok rows with a class, "
                                         "training and test rows in separate files")
+                              .common()
                               .excludes(format);
   command.add_option("--shard-rows", options->shard_rows, "Rows per PointNet shard, 1 to 1000000")
       .show_default()
       .range(1, 1000000)
       .needs(pointnet);
-  command.add_flag("--fresh", options->fresh, "Replace files of an earlier export");
+  command.add_flag("--fresh", options->fresh, "Replace files of an earlier export").common();
   add_array_export_options(command, options->arrays);
   add_descriptor_export_options(command, options->descriptors);
   add_page_export_options(command, options->page).excludes(format).excludes(pointnet).excludes(output);

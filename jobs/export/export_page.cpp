@@ -306,9 +306,11 @@ class PageFacts {
 Option add_page_export_options(const Command& whole, PageExport& options) {
   const auto given = [&options] { options.shapes_page = true; };
   Command command = whole.under("Page");
-  Option html = command.add_option("--html", options.output,
-                                   "Write one HTML page to turn the models in, as they are stored, with "
-                                   "failures, certificates, histograms and nearest models");
+  Option html = command
+                    .add_option("--html", options.output,
+                                "Write one HTML page to turn the models in, as they are stored, with "
+                                "failures, certificates, histograms and nearest models")
+                    .common();
   command
       .add_option("--models", options.models,
                   "--html: models on the page at most, spread over the ids, and failures listed")

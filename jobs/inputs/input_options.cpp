@@ -33,12 +33,14 @@ void add_label_options(Command& command, InputOptions& options) {
           "Class and split by folders: modelnet (chair/train/x.off, train/chair/x.off), shapenet "
           "(synset/id/models/x.obj), flat (neither); auto: modelnet or shapenet if all items fit, else flat")
       .show_default("auto")
+      .common()
       .one_of(all_words(layout_words));
   command
       .add_option(
           "--labels", options.labels,
           "File of classes and splits: a table id,class[,split], ShapeNet's all.csv or taxonomy.json, a list "
           "of ids (split by train=FILE or by its name), other JSON; may be given several times")
+      .common()
       .one_at_a_time();
   command.add_flag("--label-from-folder", options.label_from_folder,
                    "Class = name of the parent folder, for items without a class");

@@ -234,6 +234,8 @@ int info(const InfoOptions& options) {
 
 JobFunction add_info_job(Command& program) {
   Command command = program.add_subcommand("info", "Show what a store holds, as a whole or for one item");
+  command.example("meander info store.h5", "Counts of models, statuses, classes and columns");
+  command.example("meander info store.h5 chair/m12.off", "Everything about one model");
   auto options = std::make_shared<InfoOptions>();
   command.add_option("STORE", options->store, "The store").required();
   command.add_option("ITEM", options->item, "An id or a row number: show everything about this item");

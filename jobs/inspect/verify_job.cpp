@@ -48,6 +48,8 @@ int verify(const VerifyOptions& options) {
 
 JobFunction add_verify_job(Command& program) {
   Command command = program.add_subcommand("verify", "Check a store completely: every byte, every row");
+  command.example("meander verify store.h5", "Exit code 0: the store is whole");
+  command.example("meander verify store.h5 --json", "The result for a program");
   auto options = std::make_shared<VerifyOptions>();
   command.add_option("STORE", options->store, "The store").required();
   command.add_option("--limit", options->limit, "Maximum number of problems to list")

@@ -49,6 +49,9 @@ int draw_figures(const FiguresOptions& options) {
 JobFunction add_figures_job(Command& program) {
   Command command = program.add_subcommand(
       "figures", "Reproduce the figures of Quinn et al. 2013: pictures, data and an HTML page");
+  command.example("meander figures -o figures --quick", "All figures with fewer points, in minutes");
+  command.example("meander figures -o figures --only 15,16 --models bunny.obj",
+                  "Two of them, on your own mesh");
   auto options = std::make_shared<FiguresOptions>();
   command.add_option("-o,--output", options->folder, "Output folder, created if missing").required();
   command.add_option("--models", options->models,
@@ -65,7 +68,7 @@ JobFunction add_figures_job(Command& program) {
   command.add_option("--up", options->up, "The axis of the models that points up (default: y)")
       .one_of({"x", "y", "z"});
   command.add_option("--size", options->size, "Pixels of a picture of a model, 64 to 4096").range(64, 4096);
-  command.add_option("--seed", options->seed, "Seed, 0 to 2^53").show_default().whole_number();
+  command.add_option("--seed", options->seed, "Seed, 0 to 2^53").show_default();
   command.add_option("-j,--threads", options->threads, "Threads, up to 1024 (0: all available)")
       .show_default()
       .range(0, 1024);

@@ -100,6 +100,9 @@ int measure(const MeasureOptions& options) {
 
 JobFunction add_measure_job(Command& program) {
   Command command = program.add_subcommand("measure", "Measure the quality of point sets from any source");
+  command.example("meander measure boxes theirs.ply store.h5 --surface bunny.off",
+                  "Your points beside those of a store, over the same boxes");
+  command.example("meander measure distance before.ply after.ply", "How far two meshes are apart");
   auto options = std::make_shared<MeasureOptions>();
   std::vector<std::string> names;
   std::string help = "The measure:";
@@ -121,9 +124,7 @@ JobFunction add_measure_job(Command& program) {
                   "Number of test shapes, 1 to 200000 (default: 1000 boxes, 256 ring seeds, 4096 planar "
                   "shapes, 200 cap axes)")
       .range(1, 200000);
-  command.add_option("--seed", options->seed, "Seed of test shapes and reference points")
-      .show_default()
-      .whole_number();
+  command.add_option("--seed", options->seed, "Seed of test shapes and reference points").show_default();
   command
       .add_option("--samples", options->samples, "distance: points on each mesh, 1 to 10^9 (default 100000)")
       .range(1.0, 1e9);

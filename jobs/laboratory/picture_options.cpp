@@ -57,7 +57,9 @@ void add_view_options(Command& command, std::string& up, std::string& view) {
 }
 
 void add_drawing_options(Command& command, std::string& memory, int& threads) {
-  command.add_option("--memory", memory, "Limit of the memory for models and pictures").show_default();
+  command.add_option("--memory", memory, "Limit of the memory for models and pictures")
+      .show_default()
+      .bytes();
   command.add_option("-j,--threads", threads, "Threads, up to 1024 (0: all available)")
       .show_default()
       .range(0, 1024);

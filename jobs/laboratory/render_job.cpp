@@ -141,13 +141,28 @@ struct StyleWords {
   const char* name;
   const char* help;
   const char* input;  // the help of INPUT
+  CommandExample examples[2];
 };
-constexpr StyleWords styles[] = {
-    {SampleStyle::surface, "sheet", "Draw a PNG sheet of sampled models, their samples on the surfaces",
-     "Inputs of its run, for the meshes (default: samples are drawn without surfaces)"},
-    {SampleStyle::splats, "splats", "Draw sampled models by their samples alone, as splats (PNG)",
-     "Inputs of its run, to measure the white space between the splats on its meshes"},
-    {SampleStyle::points, "points", "Draw sampled models by their samples alone, as points (PNG)", nullptr}};
+const StyleWords styles[] = {
+    {SampleStyle::surface,
+     "sheet",
+     "Draw a PNG sheet of sampled models, their samples on the surfaces",
+     "Inputs of its run, for the meshes (default: samples are drawn without surfaces)",
+     {{"meander render sheet store.h5 models/ -o sheet.png", "24 models of a store on their meshes"},
+      {"meander render sheet store.h5 models/ -o chair.png --item chair/m12.off --size 600", "One of them"}}},
+    {SampleStyle::splats,
+     "splats",
+     "Draw sampled models by their samples alone, as splats (PNG)",
+     "Inputs of its run, to measure the white space between the splats on its meshes",
+     {{"meander render splats store.h5 -o splats.png", "Six models as shaded discs"},
+      {"meander render splats store.h5 -o chair.png --item chair/m12.off --cover 4",
+       "One, with larger discs"}}},
+    {SampleStyle::points,
+     "points",
+     "Draw sampled models by their samples alone, as points (PNG)",
+     nullptr,
+     {{"meander render points store.h5 -o points.png", "Six models"},
+      {"meander render points store.h5 -o prefix.png --points 256", "The first 256 samples of each"}}}};
 
 JobFunction add_pictures(Command& render, const StyleWords& words) {
   Command command = render.add_subcommand(words.name, words.help);
@@ -158,6 +173,7 @@ JobFunction add_pictures(Command& render, const StyleWords& words) {
     options->models = 6;
     options->sheet.cell = 480;
   }
+  for (const CommandExample& example : words.examples) command.example(example.line, example.purpose);
   command.add_option("STORE", options->store, "The store").required();
   if (words.input != nullptr) command.add_option("INPUT", options->inputs, words.input);
   command.add_option("-o,--output", options->output, "The picture, a .png file").required();
@@ -177,7 +193,7 @@ JobFunction add_pictures(Command& render, const StyleWords& words) {
   command
       .add_option("--points", options->look.points, "Number of samples of each model to draw, the first ones")
       .range(1, 100000000);
-  command.add_option("--color,--colour", options->color, "Meaning of the color of a sample")
+  command.add_option("--color", options->color, "Meaning of the color of a sample")
       .show_default()
       .one_of({std::begin(sample_color_names), std::end(sample_color_names)});
   if (!surfaces) {
@@ -203,6 +219,9 @@ JobFunction add_pictures(Command& render, const StyleWords& words) {
 
 JobFunction add_render_job(Command& program) {
   Command command = program.add_subcommand("render", "Draw pictures of sampled models");
+  command.example("meander render sheet store.h5 models/ -o sheet.png",
+                  "24 models of a store on their meshes");
+  command.example("meander render turntable store.h5 -o frames", "The frames of a turning model");
   command.require_subcommand();
   std::vector<std::pair<std::string, JobFunction>> jobs;
   for (const StyleWords& words : styles) jobs.emplace_back(words.name, add_pictures(command, words));

@@ -345,14 +345,15 @@ void add_look_options(Command& command, StrokesOptions& options) {
   command
       .add_option("--seed", options.look.seed,
                   "Seed of the samples of meshes and of the brushes, 0 to 2^64 - 1")
-      .show_default()
-      .whole_number();
+      .show_default();
 }
 
 }  // namespace
 
 JobFunction add_strokes(Command& render) {
   Command command = render.add_subcommand("strokes", "Paint models in brush strokes (PNG)");
+  command.example("meander render strokes bunny.obj -o bunny.png", "A mesh in oil");
+  command.example("meander render strokes bunny.obj -o sheet.png --medium oil,ink,pencil", "In three media");
   auto options = std::make_shared<StrokesOptions>();
   command
       .add_option("INPUT", options->inputs,

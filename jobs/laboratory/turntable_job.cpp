@@ -165,6 +165,9 @@ int render_turntable(const TurntableOptions& options) {
 JobFunction add_turntable(Command& render) {
   Command command = render.add_subcommand(
       "turntable", "Draw frames (PNG) of a turning model, its samples chosen for each view");
+  command.example("meander render turntable store.h5 -o frames", "frames/frame-0000.png and so on");
+  command.example("meander render turntable store.h5 -o frames --item chair/m12.off --frames 36 --step 10",
+                  "A full turn of one model in 36 frames");
   auto options = std::make_shared<TurntableOptions>();
   command.add_option("STORE", options->store, "The store, in progressive order").required();
   command

@@ -20,16 +20,18 @@ const RemeshSettings& mesh_settings() {
     RemeshSettings made;
     made.under("Mesh");
     made.word(
-        "format", "--format", [](auto& options) -> auto& { return options.format; }, format_words,
-        "Of the files that are written");
+            "format", "--format", [](auto& options) -> auto& { return options.format; }, format_words,
+            "Of the files that are written")
+        .common();
     made.number(
         "crease_angle", "--crease-angle",
         [](auto& options) -> auto& { return options.mesh.lines.crease_angle; }, 1, 180,
         "Edges with this angle or more between their triangles stay edges, 1 to 180 degrees; 180: none");
     made.flag(
-        "fit", "--fit", [](auto& options) -> auto& { return options.mesh.fit; },
-        "Flip edges and move the samples along their normals, so that the mesh is nearer to the surface, "
-        "and onto creases beside them");
+            "fit", "--fit", [](auto& options) -> auto& { return options.mesh.fit; },
+            "Flip edges and move the samples along their normals, so that the mesh is nearer to the surface, "
+            "and onto creases beside them")
+        .common();
     return made;
   }();
   return list;
@@ -40,6 +42,8 @@ const RemeshSettings& mesh_settings() {
 void add_remesh_command(Command& program, RemeshOptions& options) {
   Command command = program.add_subcommand(
       "remesh", "Write a mesh for every model of the input whose vertices are its samples");
+  command.example("meander remesh models/ -o remeshed -n 5000 --fit", "PLY files of 5,000 vertices each");
+  command.example("meander remesh bunny.obj -o remeshed -n 2000 --format obj", "One mesh as OBJ");
   command
       .add_option("INPUT", options.run.inputs,
                   "Mesh files, folders, @list.txt, - (paths on standard input), .cla files")

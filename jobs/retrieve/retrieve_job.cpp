@@ -355,7 +355,7 @@ int evaluate(const EvaluateOptions& options, const Laboratory* laboratory) {
 }  // namespace
 
 void add_scoring_options(Command& command, std::string& classes, bool& psb_compat) {
-  command.add_option("--classes", classes, "Princeton .cla file (default: the labels of the store)");
+  command.add_option("--classes", classes, "Princeton .cla file (default: the labels of the store)").common();
   command.add_flag("--psb-compat", psb_compat,
                    "Rules of psbTable: ties in row order; averages leave tiny and miscellaneous classes out");
 }
@@ -373,25 +373,34 @@ JobFunction add_retrieve_job(Command& program, const Laboratory* laboratory) {
   Command command = program.add_subcommand(
       "retrieve",
       "Search a store for similar models by their descriptors, and evaluate the search by classes");
+  command.example("meander retrieve query store.h5 chair/m12.off -k 10",
+                  "The ten models that are most similar");
+  command.example("meander retrieve evaluate store.h5", "How well the descriptors find the classes");
   command.require_subcommand();
   const JobFunction query = add_query_command(command, laboratory);
   auto options = std::make_shared<EvaluateOptions>();
   Command judge = command.add_subcommand(
       "evaluate", "Use every model as a query: scores, precision over recall, confusion of classes");
+  judge.example("meander retrieve evaluate store.h5 --descriptor pairs", "Scores of one descriptor");
+  judge.example("meander retrieve evaluate store.h5 --html page.html", "A page with the scores of all");
   add_compare_options(judge, *options);
   add_scoring_options(judge, options->classes, options->psb_compat);
-  judge.add_flag("--per-class", options->per_class,
-                 "Print the scores of every class, and draw them in the picture");
+  judge
+      .add_flag("--per-class", options->per_class,
+                "Print the scores of every class, and draw them in the picture")
+      .common();
   judge.add_option("--matrix", options->matrix,
                    "Write all distances to this file: N x N float32 in row order, no header; FILE.ids.csv "
                    "has the row and the id of each line");
-  judge.add_option("--picture", options->picture, "Plot precision over recall to this SVG file");
+  judge.add_option("--picture", options->picture, "Plot precision over recall to this SVG file").common();
   judge.add_option(
       "--confusion", options->confusion,
       "Draw the confusion matrix (class of the query, class of the nearest model) to this SVG or PNG file");
-  judge.add_option("--html", options->html,
-                   "Write a page with all of this to this file, and with every descriptor of the store on "
-                   "its own and the worst confusions");
+  judge
+      .add_option("--html", options->html,
+                  "Write a page with all of this to this file, and with every descriptor of the store on "
+                  "its own and the worst confusions")
+      .common();
   judge.add_option("--shard", options->shard,
                    "Score only part i of n of the queries, from 0/n, into the file of --write-scores");
   judge.add_option("--write-scores", options->scores_file, "Write the scores of --shard to this file");

@@ -373,16 +373,25 @@ JobFunction add_query_command(Command& retrieve, const Laboratory* laboratory) {
   auto options = std::make_shared<QueryOptions>();
   Command command = retrieve.add_subcommand(
       "query", "List the models of a store that are most similar to its own, or to any mesh");
+  command.example("meander retrieve query store.h5 chair/m12.off -k 10",
+                  "The ten models that are most similar to one of the store");
+  command.example("meander retrieve query store.h5 --mesh mine.stl", "The same for a mesh of your own");
   add_compare_options(command, *options);
   command.add_option("ITEM", options->items, "Ids or row numbers of models of the store");
-  command.add_option("--mesh", options->meshes,
-                     "Mesh files, folders or lists as queries: sampled and described as the store was");
+  command
+      .add_option("--mesh", options->meshes,
+                  "Mesh files, folders or lists as queries: sampled and described as the store was")
+      .common();
   command.add_option("-k,--count", options->k, "Number of models to list for each query, 1 to 1000000")
+      .common()
       .show_default()
       .range(1, 1000000);
   Command pictures = command.under("Picture");
-  const Option picture = pictures.add_option(
-      "--picture", options->picture, "Draw every query beside the models that were found to this PNG file");
+  const Option picture =
+      pictures
+          .add_option("--picture", options->picture,
+                      "Draw every query beside the models that were found to this PNG file")
+          .common();
   pictures
       .add_option("--input", options->inputs,
                   "Inputs of the run of the store, to draw its models as surfaces (default: as points)")

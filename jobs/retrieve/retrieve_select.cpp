@@ -506,6 +506,9 @@ int select(const SelectOptions& options) {
 JobFunction add_select_command(Command& retrieve) {
   Command command = retrieve.add_subcommand(
       "select", "Evaluate combinations of descriptors and distances, and choose the best");
+  command.example("meander retrieve select store.h5", "All combinations of the descriptors of the store");
+  command.example("meander retrieve select store.h5 --descriptors d2,d2+pairs --distances l1,emd",
+                  "Two combinations by two distances");
   auto options = std::make_shared<SelectOptions>();
   command.add_option("STORE", options->store, "The store").required();
   const Option listed =
@@ -513,6 +516,7 @@ JobFunction add_select_command(Command& retrieve) {
           .add_option("--descriptors", options->descriptors,
                       "Combinations, separated by commas, such as d2,d2+geodesic,pairs=2+d2 (default: all "
                       "combinations of the store's histograms)")
+          .common()
           .separator(',');
   command
       .add_option("--most", options->most,
@@ -523,10 +527,12 @@ JobFunction add_select_command(Command& retrieve) {
   command
       .add_option("--distances", options->distances,
                   "Distances, separated by commas (default: l1,l2,emd,chi2,cosine)")
+      .common()
       .separator(',')
       .one_of(all_words(distance_words));
   command
       .add_option("--criterion", options->criterion, "Score to choose by; nn+ft: mean of NN and first tier")
+      .common()
       .show_default()
       .one_of(all_words(criterion_words));
   command
@@ -534,7 +540,9 @@ JobFunction add_select_command(Command& retrieve) {
                   "learnt: also search weights of the descriptors, on classes that are not scored with them")
       .show_default()
       .one_of({"given", "learnt"});
-  command.add_option("--memory", options->memory, "Limit of the memory of the whole process").show_default();
+  command.add_option("--memory", options->memory, "Limit of the memory of the whole process")
+      .show_default()
+      .bytes();
   add_scoring_options(command, options->classes, options->psb_compat);
   command.add_option("--show", options->show, "Settings to print (0: all); files always contain all")
       .show_default();

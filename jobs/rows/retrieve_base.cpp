@@ -263,14 +263,19 @@ DistanceKind CompareOptions::kind() const { return value_of(distance_words, dist
 
 void add_compare_options(Command& command, CompareOptions& options) {
   command.add_option("STORE", options.store, "The store").required();
-  command.add_option("--descriptor", options.descriptor,
-                     "Descriptor by its name in the store; several as a+b, each scaled by its mean distance, "
-                     "or with weights as a=2+b (default: the first of the store)");
+  command
+      .add_option("--descriptor", options.descriptor,
+                  "Descriptor by its name in the store; several as a+b, each scaled by its mean distance, "
+                  "or with weights as a=2+b (default: the first of the store)")
+      .common();
   command.add_option("--distance", options.distance, "Distance between descriptors")
       .show_default()
+      .common()
       .one_of(all_words(distance_words));
-  command.add_option("--memory", options.memory, "Limit of the memory of the whole process").show_default();
-  command.add_flag("--json", options.json, "Print the results as JSON");
+  command.add_option("--memory", options.memory, "Limit of the memory of the whole process")
+      .show_default()
+      .bytes();
+  command.add_flag("--json", options.json, "Print the results as JSON").common();
   command.add_option("--csv", options.csv, "Also write the table to this CSV file");
   add_trust_option(command, options.check);
 }

@@ -77,10 +77,12 @@ void add_running_options(Command running, RunOptions& options, RunOptionTexts& t
                   "(remove the rows)")
       .separator(',');
   add_older_store_options(running, options);
-  running.add_flag(
-      "--dry-run", options.dry_run,
-      "Print the inputs, the memory and space they need, and what would be done with a store that is there; "
-      "write nothing");
+  running
+      .add_flag("--dry-run", options.dry_run,
+                "Print the inputs, the memory and space they need, and what would be done with a store that "
+                "is there; "
+                "write nothing")
+      .common();
 }
 
 void resolve_retry(RunOptions& options, const RunOptionTexts& texts, std::vector<std::string>& problems) {
@@ -104,8 +106,10 @@ void add_older_store_options(Command running, RunOptions& options) {
   running.add_option("--reuse", options.reuse,
                      "Copy rows of equal content and parameters from this older store");
   add_trust_option(running, options.check);
-  running.add_flag("--fresh", options.fresh,
-                   "Start anew: discard an unfinished run; a store of this name is replaced at the end");
+  running
+      .add_flag("--fresh", options.fresh,
+                "Start anew: discard an unfinished run; a store of this name is replaced at the end")
+      .common();
 }
 
 void add_store_options(Command& command, RunOptions& options, RunOptionTexts& texts) {
@@ -113,7 +117,7 @@ void add_store_options(Command& command, RunOptions& options, RunOptionTexts& te
       .add_option("INPUT", options.inputs,
                   "Mesh files, folders, @list.txt, - (paths on standard input), .cla files")
       .required();
-  command.add_option("-o,--output", options.store, "The store to write (HDF5)");
+  command.add_option("-o,--output", options.store, "The store to write (HDF5)").common();
   texts.settings.add(command, point_settings(), options.sample);
   texts.settings.add(command, collection_settings(), options.sample);
   texts.settings.add(command, row_settings(), options);
@@ -140,6 +144,12 @@ void add_task_options(Command& array, int& offset, std::uint64_t& shards_a_task)
 Command add_run_command(Command& program, RunOptions& options, RunOptionTexts& texts, ShardOptions& shard) {
   Command command = program.add_subcommand(
       "run", "Sample every model of the input into one store, or a shard of a planned one");
+  command.example(
+      "meander run models/ -o store.h5 -n 2048",
+      "2,048 points and normals on every mesh of a folder; the same command resumes an interrupted "
+      "run, and samples what is new in the folder");
+  command.example("meander run ModelNet40/ -o modelnet.h5 -n 2048 --layout modelnet --normalize unit-sphere",
+                  "A data set with its classes and splits, in the frame that networks expect");
   add_store_options(command, options, texts);
   add_running_options(command.under("Running"), options, texts);
   Command array = command.under("Array (run STORE.run, see `meander plan`)");
@@ -195,14 +205,14 @@ void resolve_run_options(RunOptions& options, const RunOptionTexts& texts, const
         fmt::format("--method {} has no location step: leave --locate out, or name a method with charts",
                     method_of(sample).text));
   if (!sample.columns[&Samples::rgb] && sample.strict != every_note && (sample.strict & color_notes) != 0)
-    problems.push_back(fmt::format("--strict {}: notes on colours are taken with --colors only",
+    problems.push_back(fmt::format("--strict {}: notes on colors are taken with --colors only",
                                    words_of(sample.strict & color_notes)));
   for (const std::string& problem : validate(sample)) problems.push_back(problem);
   if (options.certify)
     for (const std::string& problem :
          require_laboratory(laboratory, "--certify").certificate_problems(sample))
       problems.push_back(problem);
-  resolve_work_options(options, problems);
+  resolve_work_options(options);
   resolve_retry(options, texts, problems);
   if (!options.reuse.empty() && sample.tensor.kind == TensorKind::table)
     problems.push_back("--reuse identifies rows by their mesh alone, not by the tensors of `--tensor file:`");

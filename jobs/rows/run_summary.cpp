@@ -332,7 +332,7 @@ void print_summary(const RunOutcome& outcome, const RunOptions& options) {
       fmt::print("  colors: {:<12}{:>10}\n", color_source_names[c], summary.by_color_source[c]);
   if (summary.rows_with_fills > 0)
     fmt::print(
-        "  {:<20}{:>10}   some of their samples have no colour, or an image that is lost, and got the grey "
+        "  {:<20}{:>10}   some of their samples have no color, or an image that is lost, and got the gray "
         "{}\n",
         "color fills", summary.rows_with_fills, color_fill);
   print_lacking(summary, outcome.near);

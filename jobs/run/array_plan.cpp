@@ -222,10 +222,17 @@ std::vector<PlanItem> read_shard_items(const fs::path& folder, const StoreHeader
 
 void add_plan_command(Command& program, PlanOptions& options, RunOptionTexts& texts) {
   Command command = program.add_subcommand("plan", "Divide a run among many processes or machines");
+  command.example("meander plan models/ -o store.h5 -n 2048 --shards 64 --emit slurm > job.sh",
+                  "64 shards, and a script for `sbatch`");
+  command.example(
+      "meander plan models/ -o store.h5 -n 2048",
+      "Shards of about five minutes; `meander run store.h5.run --shard 0/N` works on one, and `meander "
+      "merge store.h5.run` joins them");
   add_store_options(command, options.run, texts);
   Command array = command.under("Array");
   array.add_option("--shards", options.shards, "Number of shards, or auto: by --per-shard-minutes")
-      .show_default();
+      .show_default()
+      .common();
   array
       .add_option("--per-shard-minutes", options.minutes_per_shard,
                   "Minutes that auto aims at per shard, on the threads of -j (default 1), 0.01 to 10000")
@@ -239,6 +246,7 @@ void add_plan_command(Command& program, PlanOptions& options, RunOptionTexts& te
   array
       .add_option("--emit", options.emit,
                   "Print a script that runs the array with this program, by its absolute path")
+      .common()
       .one_of(script_schedulers());
   Command running = command.under("Running");
   add_limit_options(running, options.run);

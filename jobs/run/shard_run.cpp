@@ -277,9 +277,7 @@ int run_shards(const RunOptions& given, const ShardOptions& which, const Command
   const std::string store = store_of_array(given.inputs.front());
   refuse_other_options(command, given.inputs.front());
   RunOptions budgets = given;
-  std::vector<std::string> problems;
-  resolve_work_options(budgets, problems);
-  if (!problems.empty()) throw UsageError(fmt::format("{}", fmt::join(problems, "\n")));
+  resolve_work_options(budgets);
   ArrayTask task;
   task.store = store;
   task.array = *read_run_array(store);

@@ -304,6 +304,9 @@ void add_surface_options(Command& command, SurfaceOptions& options) {
 JobFunction add_surface_job(Command& program) {
   Command command =
       program.add_subcommand("surface", "Sample parametric surfaces into one store (/uv instead of /face)");
+  command.example("meander surface torus -o torus.h5 -n 4096", "One of the named surfaces");
+  command.example("meander surface \"u, v, sin(6*u)/6\" -o waves.h5 -n 4096 --density mean",
+                  "A formula for x, y, z in u and v of [0, 1], with more points where the surface bends");
   auto options = std::make_shared<SurfaceOptions>();
   add_surface_options(command, *options);
   return [options] { return sample_surfaces(*options); };

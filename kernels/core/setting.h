@@ -62,6 +62,7 @@ struct SettingTexts {
   double low = 0, high = 0;                   // of a number; equal: any
   bool is_list = false;       // the option may be repeated, or take several separated by commas
   bool shows_default = true;  // in the help
+  bool is_common = false;     // the short help shows the option
   std::string applies_to;     // where it acts, for the error where it is given and does not
 };
 
@@ -84,6 +85,7 @@ struct Setting : SettingTexts {
     return truth = {std::move(yes), std::move(no)}, *this;
   }
   Setting& list() { return is_list = true, *this; }
+  Setting& common() { return is_common = true, *this; }
   Setting& without_default() { return shows_default = false, *this; }
   Setting& only_recorded(std::function<bool(const Settings&)> when) {
     return recorded = std::move(when), *this;

@@ -19,7 +19,7 @@ constexpr Word<LocatorKind> locate_words[] = {{"embree", LocatorKind::embree},
                                               {"elements", LocatorKind::elements},
                                               {"first-hit", LocatorKind::first_hit}};
 constexpr Word<TensorForm> form_words[] = {{"spacing", TensorForm::spacing}, {"metric", TensorForm::metric}};
-constexpr Word<AlignmentForm> parameterisation_words[] = {{"metric", AlignmentForm::metric},
+constexpr Word<AlignmentForm> parameterization_words[] = {{"metric", AlignmentForm::metric},
                                                           {"gradient", AlignmentForm::gradient}};
 constexpr Word<bool> follow_words[] = {{"keep", false}, {"follow", true}};
 constexpr Word<bool> topology_words[] = {{"full", true}, {"none", false}};
@@ -60,7 +60,8 @@ void add_density_settings(SampleSettings& list) {
   list.text(
           "density", "--density", [](const P& p) { return density_text(p.density); },
           [](P& p, std::string_view text) { return take_density(text, p.density); }, density_help())
-      .in_python("density");
+      .in_python("density")
+      .common();
   const std::string shaped = "applies to densities of curvature and textures only";
   list.number(
           "density_floor", "--density-floor", [](auto& p) -> auto& { return p.density.floor; }, 1e-6, 1,
@@ -85,7 +86,8 @@ void add_place_settings(SampleSettings& list) {
   list.word(
           "sequence", "--sequence", [](auto& p) -> auto& { return p.sequence; }, sequence_words,
           sequence_help)
-      .in_python("sequence");
+      .in_python("sequence")
+      .common();
   list.word(
           "spacing", "--spacing", [](auto& p) -> auto& { return p.spacing; }, spacing_words, spacing_help)
       .in_python("spacing")
@@ -140,8 +142,8 @@ void add_tensor_settings(SampleSettings& list) {
       .only_recorded(follows_tensor)
       .acting(follows_tensor, only);
   list.word(
-          "tensor_charts", "--parameterisation", [](auto& p) -> auto& { return p.tensor_charts.form; },
-          parameterisation_words,
+          "tensor_charts", "--parameterization", [](auto& p) -> auto& { return p.tensor_charts.form; },
+          parameterization_words,
           "Charts conformal in the tensor's metric, or along its directions (gradient)")
       .only_recorded(follows_tensor)
       .acting(follows_tensor, only);
@@ -167,22 +169,26 @@ SampleSettings make_point_settings() {
   list.number(
           "samples", "-n,--samples", [](auto& p) -> auto& { return p.samples; }, 1, most_samples,
           "Points per model, 1 to 2^31")
-      .in_python("n");
+      .in_python("n")
+      .common();
   list.word(
           "method", "--method", [](auto& p) -> auto& { return p.method; }, sampling_methods, method_help())
-      .in_python("method");
+      .in_python("method")
+      .common();
   add_density_settings(list);
   add_place_settings(list);
   list.number(
           "seed", "--seed", [](auto& p) -> auto& { return p.seed; }, 0, 0, "Seed, 0 to 2^64 - 1")
-      .in_python("seed");
+      .in_python("seed")
+      .common();
   list.word(
           "normalize", "--normalize", [](auto& p) -> auto& { return p.normalize; }, normalize_words,
-          "Stored coordinates; loc and scale undo it. none: those of the file; unit-sphere: the centre of "
-          "the box at 0, the farthest vertex of a face with an area at distance 1; unit-box: that centre "
-          "at 0, the longest side of the box 1; unit-diagonal: that centre at 0, the diagonal of the box 1, "
+          "Stored coordinates; loc and scale undo it. none: those of the file; unit-sphere: the center of "
+          "the box at 0, the farthest vertex of a face with an area at distance 1; unit-box: that center "
+          "at 0, the longest side of the box 1; unit-diagonal: that center at 0, the diagonal of the box 1, "
           "as in ShapeNet; pointnet: the mean of the samples at 0, the farthest sample at distance 1")
-      .in_python("normalize");
+      .in_python("normalize")
+      .common();
   list.flag(
           "curved", "--curved", [](auto& p) -> auto& { return p.curved; },
           "Lift the points from the flat triangles to the smooth surface that the vertex normals define")
@@ -198,10 +204,12 @@ void add_columns(SampleSettings& list, Having having) {
     const SampleColumn& column = sample_columns[c];
     if (!column.is_asked_for() || column.having != having) continue;
     const std::string word(column.option);
-    list.flag(
-            word, "--" + word, [c](auto& p) -> auto& { return p.columns[c]; }, std::string(column.help))
-        .in_python(having == Having::made ? word : "")
-        .only_recorded([c](const P& p) { return p.columns[c]; });
+    auto& setting = list.flag(
+        word, "--" + word, [c](auto& p) -> auto& { return p.columns[c]; }, std::string(column.help));
+    setting.in_python(having == Having::made ? word : "").only_recorded([c](const P& p) {
+      return p.columns[c];
+    });
+    if (word == "colors") setting.common();  // asked for far more often than the others
   }
 }
 
@@ -271,7 +279,8 @@ SampleSettings make_collection_settings() {
           [](P& p, std::string_view text) { return take_descriptors(text, p.describe.descriptors); },
           "Descriptors to store: none, or one or more of " + joined_texts(descriptor_names, ",") +
               ", separated by commas")
-      .in_python("describe");
+      .in_python("describe")
+      .common();
   list.append(describe_settings(), &P::describe);
   list.text(
           "strict", "--strict", [](const P& p) { return words_of(p.strict); }, take_strict,

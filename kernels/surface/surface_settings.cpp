@@ -29,7 +29,8 @@ SurfaceSettings make_settings() {
   list.number(
           "samples", "-n,--samples", [](auto& p) -> auto& { return p.samples; }, 1, 2147483648.0,
           "Points per surface, 1 to 2^31")
-      .in_python("n");
+      .in_python("n")
+      .common();
   list.text(
           "density", "--density",
           [](const P& p) {
@@ -40,7 +41,8 @@ SurfaceSettings make_settings() {
           [](P& p, std::string_view text) { return take_surface_density(text, p.density); },
           "uniform, mean|gaussian|max curvature, or an expression in u, v, x, y, z (presets: " +
               joined_texts(presets) + ")")
-      .in_python("density");
+      .in_python("density")
+      .common();
   list.number(
           "density_floor", "--density-floor", [](auto& p) -> auto& { return p.density.floor; }, 1e-6, 1,
           "Density of flat parts for curvatures, 1e-6 to 1")
@@ -58,7 +60,8 @@ SurfaceSettings make_settings() {
   list.word(
           "sequence", "--sequence", [](auto& p) -> auto& { return p.sequence; }, sequence_words,
           sequence_help)
-      .in_python("sequence");
+      .in_python("sequence")
+      .common();
   list.word(
           "spacing", "--spacing", [](auto& p) -> auto& { return p.spacing; }, spacing_words, spacing_help)
       .in_python("spacing")
@@ -73,7 +76,8 @@ SurfaceSettings make_settings() {
       "Inside a curve element, or the survey's curve vertices");
   list.number(
           "seed", "--seed", [](auto& p) -> auto& { return p.seed; }, 0, 0, "Seed, 0 to 2^64 - 1")
-      .in_python("seed");
+      .in_python("seed")
+      .common();
   list.number(
           "tolerance", "--tolerance", [](auto& p) -> auto& { return p.tolerance; }, 1e-8, 0.1,
           "Relative error of the measures, 1e-8 to 0.1")
@@ -85,7 +89,7 @@ SurfaceSettings make_settings() {
       "max_depth", "--max-depth", [](auto& p) -> auto& { return p.max_depth; }, 5, 31,
       "Of the curve's tree, 5 to 31");
   list.flag(
-      "reparameterise", "--reparameterise", [](auto& p) -> auto& { return p.reparameterise; },
+      "reparameterise", "--reparameterize", [](auto& p) -> auto& { return p.reparameterise; },
       "Lay the curve over the square warped by area x density, for extreme stretch");
   list.constant("density_quantile", [](const P& p) { return p.density.quantile; });
   list.constant("jitter", [](const P& p) { return p.jitter; });

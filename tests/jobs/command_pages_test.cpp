@@ -93,7 +93,7 @@ TEST_CASE("pages: every visible command has a manual page with all its options")
   CHECK(contains(draw, "example\\-draw \\- Draws what's there\n"));
   CHECK(
       contains(draw, "\\fBexample draw\\fR [\\fIOPTIONS\\fR] \\fIFILE\\fR ... \\fB\\-o\\fR \\fITEXT\\fR\n"));
-  CHECK(contains(draw, "\\fB\\-o\\fR, \\fB\\-\\-output\\fR \\fITEXT\\fR\nWhere\n"));
+  CHECK(contains(draw, "\\fB\\-o\\fR, \\fB\\-\\-output\\fR \\fITEXT\\fR\nWhere (required)\n"));
   CHECK(contains(
       draw,
       "\\fB\\-\\-form\\fR round|\\:square\nOne [of]: C:\\ex or\n.br\n\\&.hidden line (default: round)\n"));
@@ -120,8 +120,8 @@ TEST_CASE("pages: bash completes commands, options, option values and files") {
   CHECK(complete({""}) == Words{"ask", "draw"});
   CHECK(complete({"d"}) == Words{"draw"});
   CHECK(complete({"ask", ""}) == Words{"question"});
-  CHECK(complete({"ask", "question", "--"}) == Words{"--help"});
-  CHECK(complete({"draw", "--"}) == Words{"--bold", "--form", "--help", "--output", "--share"});
+  CHECK(complete({"ask", "question", "--"}) == Words{"--help", "--help-all"});
+  CHECK(complete({"draw", "--"}) == Words{"--bold", "--form", "--help", "--help-all", "--output", "--share"});
   CHECK(complete({"draw", "--form", ""}) == Words{"round", "square"});
   CHECK(complete({"draw", "--form", "=", "s"}) == Words{"square"});
   CHECK(complete({"draw", "--form", "="}) == Words{"round", "square"});
@@ -147,12 +147,12 @@ TEST_CASE("pages: the program writes the pages of its own options") {
   }
   CHECK_FALSE(fs::exists(manuals / "meander-pages.1"));
   // Every option that the help names is on the page.
-  const ProcessResult help = meander_with({"run", "--help"});
+  const ProcessResult help = meander_with({"run", "--help-all"});
   const std::string run = read_file(manuals / "meander-run.1");
   std::size_t options = 0;
   for (const std::string& word : words_of(help.out)) {
     const std::size_t at = word.find("--");
-    if (at == std::string::npos || (at > 0 && word[at - 1] != ',')) continue;
+    if (at == std::string::npos || at > 0) continue;
     std::string name = word.substr(at);
     name.resize(std::min(name.size(), name.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789-")));
     if (name.size() == 2) continue;

@@ -279,7 +279,8 @@ TEST_CASE("run: mistakes on the command line exit with 2 and a suggestion") {
   says({"--curve", "hilbert"}, "name a method to choose the curve");
   says({"--method", "direct", "--curve", "peano"}, "hilbert and balanced");
   says({"--method", "conformal", "--locate", "first-hit", "--curve", "balanced"}, "no balanced order");
-  says({"--memory", "12Q"}, "unit");
+  says({"--memory", "12Q"}, "--memory takes a size such as 4G or 512M");
+  says({"-n", "2,5k"}, "-n takes a whole number from 1 to 2147483648, such as 2048 or 10k, not `2,5k`\n");
   says({"--retry", "broken"}, "`broken` is neither a status of a failed item");
   says({"--method", "conformal", "--locate", "first-hit", "--place", "element"}, "curve vertices");
   CHECK(run_process({fault_program, "rum"}).exit_code == 2);
@@ -291,7 +292,7 @@ TEST_CASE("run: mistakes on the command line exit with 2 and a suggestion") {
 TEST_CASE("run: every option has its line in --help, and --dry-run writes nothing") {
   const ScratchFolder scratch;
   write_collection(scratch / "in");
-  const ProcessResult help = run_process({fault_program, "run", "--help"});
+  const ProcessResult help = run_process({fault_program, "run", "--help-all"});
   for (const char* option : {"--samples",
                              "--method",
                              "--density",

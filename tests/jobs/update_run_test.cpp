@@ -591,8 +591,8 @@ TEST_CASE("docs/RUNNING.md: lists every status and exit code, and only options t
   }
   for (const char* code : {"| 0 |", "| 1 |", "| 2 |", "| 3 |", "| 75 |"})
     CHECK(page.find(code) != std::string::npos);
-  const std::string help = run_process({fault_program, "run", "--help"}).out +
-                           run_process({fault_program, "export", "--help"}).out;
+  const std::string help = run_process({fault_program, "run", "--help-all"}).out +
+                           run_process({fault_program, "export", "--help-all"}).out;
   for (std::size_t at = 0; (at = page.find("--", at)) != std::string::npos;) {
     std::size_t end = at + 2;
     while (end < page.size() && (std::isalpha(static_cast<unsigned char>(page[end])) || page[end] == '-'))

@@ -13,7 +13,7 @@ from .models import subjects, torus, unit_sphere
 
 BINS = 32  # the survey's
 CHARTS = {"conformal": ["--method", "conformal"], "isotropic tensor": ["--method", "anisotropic", "--tensor", "isotropic"]}
-CHARTS["isotropic tensor by gradient"] = [*CHARTS["isotropic tensor"], "--parameterisation", "gradient", "--segments", "16"]
+CHARTS["isotropic tensor by gradient"] = [*CHARTS["isotropic tensor"], "--parameterization", "gradient", "--segments", "16"]
 TRUTHS = ALIKE, BY_AREA, CURVED = "all vertices", "vertices by area", "curved surface"
 SINGLE, FLAT = ", no duplicates", ", flat"  # after the name of a method
 LINES = {"": "-", SINGLE: "--", FLAT: "--", ", curved": "-.", ", curved by area": "-"}

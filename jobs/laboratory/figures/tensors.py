@@ -160,7 +160,7 @@ def draw_12(figures):
 def aligned(figures, model, rows):
     n, images, angles = (500 if figures.quick else 2500), [], []
     for name, words in (("parameterization", ["--tensor", "isotropic"]),
-                        ("field", SMOOTH + ["--parameterisation", "gradient", "--segments", "32"])):
+                        ("field", SMOOTH + ["--parameterization", "gradient", "--segments", "32"])):
         staged = laboratory.stage(**model.arrays, run=RUN + words, n=n)
         charts, curves = Charts(staged, RUN + SMOOTH), curves_of(staged, RUN + words, n)
         weight = numpy.linalg.norm(charts.normals, axis=1) * (charts.ratio > 1.5)
@@ -230,7 +230,7 @@ def draw_13(figures):
 
 def draw_segments(figures, model, form, segments):
     n, stem = (250 if figures.quick else 900), "figure13_%s_%s" % (model.name, form)
-    run = RUN + ["--parameterisation", form, "--segments", str(segments)] + SMOOTH * (form == "gradient")
+    run = RUN + ["--parameterization", form, "--segments", str(segments)] + SMOOTH * (form == "gradient")
     staged = laboratory.stage(**model.arrays, run=run, n=n)
     charts, curves = Charts(staged, run), curves_of(staged, run, n)
     samples = laboratory.samples(staged=staged, run=run, n=n, seed=figures.seed)
