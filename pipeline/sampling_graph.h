@@ -37,6 +37,7 @@ struct PlanItem : ModelPlace {
   std::int32_t label = -1;   // this and the next one: as inputs are collected; the header has them afterwards
   Split split = Split::none;
   std::uint64_t reserved_bytes = 0;  // estimate_bytes of a header peek
+  double work = 0;                   // estimated_seconds of it
   // The tensors of the kind `table`: a text file, or an HDF5 file and the path of the dataset in it.
   std::filesystem::path tensor_path;
   std::string tensor_dataset;

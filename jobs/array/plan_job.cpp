@@ -19,6 +19,7 @@
 #include "jobs/run/array_plan.h"
 #include "jobs/run/array_script.h"
 #include "kernels/core/parallel.h"
+#include "pipeline/work_estimate.h"
 
 namespace meander {
 

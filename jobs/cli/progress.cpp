@@ -3,10 +3,13 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <string_view>
 
 #include "io/json_writer.h"
+#include "jobs/cli/terminal.h"
 
 namespace meander {
 
@@ -14,7 +17,7 @@ namespace {
 
 constexpr auto redraw_every = std::chrono::milliseconds(200);
 constexpr auto plain_line_every = std::chrono::seconds(30);
-constexpr int bar_width = 24;
+constexpr int plain_width = 120;
 
 std::string duration_text(double seconds) {
   const auto s = static_cast<std::uint64_t>(seconds + 0.5);
@@ -44,8 +47,48 @@ ProgressStyle progress_style(const std::string& word) {
   return can_rewrite ? ProgressStyle::bar : ProgressStyle::plain;
 }
 
-Progress::Progress(ProgressStyle style, std::uint64_t items, std::uint64_t bytes, std::uint32_t samples)
-    : style_(style), items_(items), bytes_(bytes), samples_(samples) {
+std::string progress_line(const ProgressFacts& facts, int width) {
+  enum Rank { always, time_left, failures, time_elapsed, points, bytes };  // the last are left out first
+  struct Part {
+    int rank;
+    std::string text;
+  };
+  const std::string left = facts.done == facts.items ? "0:00"
+                           : facts.left              ? duration_text(std::max(1.0, std::ceil(*facts.left)))
+                                                     : "?";
+  const Part parts[] = {{always, fmt::format("{}/{} models", facts.done, facts.items)},
+                        {failures, facts.failed == 0 ? "" : fmt::format("{} failed", facts.failed)},
+                        {points, fmt::format("{} points/s", count_text(facts.points_per_second))},
+                        {bytes, fmt::format("{}B/s", count_text(facts.bytes_per_second))},
+                        {time_elapsed, fmt::format("{} elapsed", duration_text(facts.elapsed))},
+                        {time_left, fmt::format("{} left", left)}};
+  const auto text_up_to = [&](int rank) {
+    std::string text = fmt::format("{:.0f}%", std::floor(100 * facts.share));
+    const char* between = " ";
+    for (const Part& part : parts) {
+      if (part.rank > rank || part.text.empty()) continue;
+      text += between + part.text;
+      between = ", ";
+    }
+    return text;
+  };
+  const auto columns = static_cast<std::size_t>(width);
+  constexpr std::size_t least_bar = 8, most_bar = 24, frame = 3;  // brackets and a blank
+  int rank = bytes;
+  while (rank > failures && text_up_to(rank).size() + least_bar + frame > columns) --rank;
+  while (rank > always && text_up_to(rank).size() > columns) --rank;
+  std::string text = text_up_to(rank);
+  if (text.size() + least_bar + frame <= columns) {
+    const std::size_t length = std::min(most_bar, columns - text.size() - frame);
+    const auto filled = static_cast<std::size_t>(facts.share * static_cast<double>(length));
+    text = fmt::format("[{}{}] {}", std::string(filled, '#'), std::string(length - filled, '.'), text);
+  }
+  text.resize(std::min(text.size(), columns));
+  return text;
+}
+
+Progress::Progress(ProgressStyle style, std::uint64_t items, double work, int threads, std::uint32_t samples)
+    : style_(style), items_(items), samples_(samples), time_(work, threads) {
   if (style_ == ProgressStyle::bar || style_ == ProgressStyle::plain)
     thread_ = std::thread([this] { loop(); });
 }
@@ -71,27 +114,30 @@ void Progress::loop() {
             lock, style_ == ProgressStyle::bar ? std::chrono::milliseconds(redraw_every) : plain_line_every,
             [this] { return stop_; }))
       break;
-    if (style_ == ProgressStyle::plain) print(line() + "\n");
+    if (style_ == ProgressStyle::plain) print(progress_line(facts(), plain_width) + "\n");
   }
 }
 
-std::string Progress::line() const {
-  const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start_;
-  const double share = bytes_ > 0 ? static_cast<double>(done_bytes_) / static_cast<double>(bytes_) : 0;
-  const std::string remaining =
-      done_ > 0 && share > 0.001 ? duration_text(elapsed.count() * (1 - share) / share) : "?";
-  const double seconds = std::max(elapsed.count(), 1e-3);
-  return fmt::format("{}/{} models, {} failed, {} points/s, {}B/s, {} elapsed, {} left", done_, items_,
-                     failed_, count_text(static_cast<double>(points_) / seconds),
-                     count_text(static_cast<double>(done_bytes_) / seconds), duration_text(elapsed.count()),
-                     done_ == items_ ? "0:00" : remaining);
+double Progress::elapsed() const {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
 }
 
+ProgressFacts Progress::facts() const {
+  ProgressFacts facts;
+  facts.items = items_;
+  facts.done = done_;
+  facts.failed = failed_;
+  facts.share = done_ == items_ ? 1 : time_.share();
+  facts.elapsed = elapsed();
+  facts.points_per_second = static_cast<double>(points_) / std::max(facts.elapsed, 1e-3);
+  facts.bytes_per_second = static_cast<double>(done_bytes_) / std::max(facts.elapsed, 1e-3);
+  facts.left = time_.left(facts.elapsed);
+  return facts;
+}
+
+// The last column stays free: some terminals begin a new line once it is written.
 void Progress::draw() {
-  const double share = items_ > 0 ? static_cast<double>(done_) / static_cast<double>(items_) : 1;
-  const int filled = static_cast<int>(share * bar_width);
-  print(fmt::format("\r\x1b[K[{}{}] {:3.0f}% {}", std::string(static_cast<std::size_t>(filled), '#'),
-                    std::string(static_cast<std::size_t>(bar_width - filled), '.'), 100 * share, line()));
+  print("\r\x1b[K" + progress_line(facts(), terminal_width(STDERR_FILENO) - 1));
   drawn_ = true;
 }
 
@@ -104,8 +150,8 @@ void Progress::finished(const FinishedItem& item) {
   ++done_;
   const bool ok = item.report.status == Status::ok;
   failed_ += !ok;
-  reused_ += item.reused;
   done_bytes_ += item.file_bytes;
+  time_.finished(item.plan.work, item.seconds, elapsed());
   points_ += ok ? samples_ : 0;
   if (style_ == ProgressStyle::json) {
     print(json_object([&](JsonWriter& json) {
@@ -121,6 +167,8 @@ void Progress::finished(const FinishedItem& item) {
             json.member("reused", item.reused);
             json.member("done", done_);
             json.member("items", items_);
+            json.member("elapsed", elapsed());
+            json.member("left", done_ == items_ ? 0.0 : time_.left(elapsed()).value_or(0));
           }) +
           "\n");
   } else if (!ok && style_ != ProgressStyle::none) {

@@ -175,6 +175,7 @@ class DescribeJob {
       return std::nullopt;
     }
     plan.reserved_bytes = estimate_bytes({}, describer_.points, options_.threads);
+    plan.work = work_of(row);
     return plan;
   }
 
@@ -212,8 +213,8 @@ class DescribeJob {
     const auto start = std::chrono::steady_clock::now();
     bool stopped = false;
     {
-      const auto [rows, bytes] = count_work();
-      Progress progress(progress_style(options_.progress), rows, bytes, header_.samples);
+      const auto [rows, work] = count_work();
+      Progress progress(progress_style(options_.progress), rows, work, options_.threads, header_.samples);
       progress_ = &progress;
       if (directory_->done_count() > 0)
         progress.note(fmt::format("continuing: {} of {} rows are done already", directory_->done_count(),
@@ -241,18 +242,25 @@ class DescribeJob {
     return problems_.all().empty() ? exit_done : exit_some_failed;
   }
 
-  // The rows to be described and the bytes to be read for them.
-  std::pair<std::uint64_t, std::uint64_t> count_work() {
-    std::uint64_t rows = 0, bytes = 0;
+  // The estimated seconds of a row: its descriptors come from its mesh, or else from its points.
+  double work_of(std::uint64_t row) const {
+    constexpr double a_row = 1e-3, a_byte = 1e-8;
+    const std::uint64_t of_mesh = meshes_.bytes(row);
+    return a_row + a_byte * static_cast<double>(of_mesh > 0 ? of_mesh : std::uint64_t{12} * header_.samples);
+  }
+
+  // The rows to be described and their work.
+  std::pair<std::uint64_t, double> count_work() {
+    std::uint64_t rows = 0;
+    double work = 0;
     for (std::uint64_t row = 0; row < header_.ids.size(); ++row) {
       const bool ok = store_->report(row).status == Status::ok;
       not_ok_ += !ok;
       if (!ok || directory_->done(row)) continue;
       ++rows;
-      const std::uint64_t of_mesh = meshes_.bytes(row);
-      bytes += of_mesh > 0 ? of_mesh : std::uint64_t{12} * header_.samples;
+      work += work_of(row);
     }
-    return {rows, bytes};
+    return {rows, work};
   }
 
   // Describes the rows in stretches of one journal each. False when stopped.

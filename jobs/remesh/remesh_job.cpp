@@ -290,11 +290,12 @@ class RemeshJob {
       std::optional<EmbreeDevice> device;
       if (casts_rays(run_.sample)) device.emplace();
       const GraphParameters parameters = graph_parameters(run_);
-      const std::uint64_t bytes = reserve_memory(
+      estimate_items(
           items, run_.sample, run_.threads, run_.model_bytes, [this](const MeshEstimate& mesh) {
             return remesh_bytes(mesh, run_.sample.samples, options_.mesh.fit, carried_);
           });
-      Progress progress(progress_style(run_.progress), items.size(), bytes, header_.samples);
+      Progress progress(progress_style(run_.progress), items.size(), total_work(items), run_.threads,
+                        header_.samples);
       if (items.size() < inputs_.items.size())
         progress.note(fmt::format("continuing: {} of {} models are done already",
                                   inputs_.items.size() - items.size(), inputs_.items.size()));

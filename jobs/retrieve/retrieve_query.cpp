@@ -112,7 +112,7 @@ std::vector<MeshQuery> describe_queries(const StoreReader& store, const std::str
   graph.threads = std::max(1, oneapi::tbb::info::default_concurrency());
   graph.memory_bytes = memory;
   graph.timeout_seconds = query_seconds;
-  reserve_memory(inputs.items, graph.sample, graph.threads, graph.memory_bytes);
+  estimate_items(inputs.items, graph.sample, graph.threads, graph.memory_bytes);
 
   std::vector<MeshQuery> queries(inputs.items.size());
   std::optional<EmbreeDevice> device;

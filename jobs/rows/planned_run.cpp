@@ -14,6 +14,7 @@
 #include "jobs/rows/lone_item.h"
 #include "kernels/core/parallel.h"
 #include "pipeline/memory_estimate.h"
+#include "pipeline/work_estimate.h"
 
 namespace meander {
 
@@ -99,12 +100,12 @@ class PlannedRun {
       if (casts_rays(options_.sample)) device.emplace();
       GraphParameters parameters = graph_parameters(options_);
       parameters.earlier_failures = earlier_failures_;
-      const std::uint64_t bytes =
-          reserve_memory(plan, parameters.sample, options_.threads, options_.model_bytes);
+      estimate_items(plan, parameters.sample, options_.threads, options_.model_bytes);
       GraphStages stages = sampling_stages(parameters.sample, device ? &*device : nullptr, parameters_.reuse);
       if (parameters_.hook) parameters_.hook(stages);
       StoreSink sink(directory_);
-      Progress progress(progress_style(options_.progress), plan.size(), bytes, header_.samples);
+      Progress progress(progress_style(options_.progress), plan.size(), total_work(plan), options_.threads,
+                        header_.samples);
       if (earlier_ > 0)
         progress.note(
             fmt::format("continuing: {} of {} models are done already", earlier_, earlier_ + plan.size()));
@@ -167,7 +168,7 @@ GraphParameters graph_parameters(const RunOptions& options) {
   return parameters;
 }
 
-std::uint64_t reserve_memory(std::vector<PlanItem>& items, const SampleParameters& parameters, int threads,
+std::uint64_t estimate_items(std::vector<PlanItem>& items, const SampleParameters& parameters, int threads,
                              std::uint64_t budget,
                              const std::function<std::uint64_t(const MeshEstimate&)>& more) {
   const MemoryEstimate bytes_of(parameters, threads);
@@ -181,6 +182,7 @@ std::uint64_t reserve_memory(std::vector<PlanItem>& items, const SampleParameter
     PlanItem& item = items[i];
     if (const auto most = most_in_small_file(item); most && needed(*most) <= negligible) {
       item.reserved_bytes = needed(*most);
+      item.work = estimated_seconds(most->file_bytes, parameters);
       total += most->file_bytes;
       return;
     }
@@ -190,9 +192,16 @@ std::uint64_t reserve_memory(std::vector<PlanItem>& items, const SampleParameter
     } catch (const ItemError&) {  // the read stage will say why
     }
     item.reserved_bytes = needed(estimate);
+    item.work = estimated_seconds(estimate, parameters);
     total += estimate.file_bytes;
   });
   return total;
+}
+
+double total_work(const std::vector<PlanItem>& items) {
+  double work = 0;
+  for (const PlanItem& item : items) work += item.work;
+  return work;
 }
 
 void try_suspects(const PlannedStore& planned, const PlannedRunParameters& parameters) {

@@ -11,12 +11,16 @@
 
 namespace meander {
 
-// Bytes that every item will probably need, from header peeks in parallel; `more`, if given, says what a
-// command needs besides. Small files are not opened for it where the most that they can hold is nothing to
-// `budget`, the bytes that models may take at once; 0 looks into all. Returns the bytes of all files.
-std::uint64_t reserve_memory(std::vector<PlanItem>& items, const SampleParameters& parameters, int threads,
+// Sets the bytes and the work that every item will probably need, from header peeks in parallel; `more`, if
+// given, says which bytes a command needs besides. Small files are not opened for it where the most that they
+// can hold is nothing to `budget`, the bytes that models may take at once; 0 looks into all. Returns the
+// bytes of all files.
+std::uint64_t estimate_items(std::vector<PlanItem>& items, const SampleParameters& parameters, int threads,
                              std::uint64_t budget,
                              const std::function<std::uint64_t(const MeshEstimate&)>& more = {});
+
+// The sum of PlanItem::work.
+double total_work(const std::vector<PlanItem>& items);
 
 // The options as the graph takes them.
 GraphParameters graph_parameters(const RunOptions& options);

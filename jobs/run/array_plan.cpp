@@ -77,15 +77,6 @@ void check_run_outputs(const RunOptions& options, const Inputs& inputs) {
   check_run_outputs(options.store, options.fresh, read);
 }
 
-double estimated_seconds(std::uint64_t bytes, const SampleParameters& parameters) {
-  constexpr double an_item = 1e-3, a_sample = 0.4e-6;
-  // Measured on collections of OFF and OBJ files with some 30 bytes per face.
-  const double a_byte = parameters.method == MethodChoice::anisotropic ? 1e-7
-                        : method_of(parameters).makes_charts           ? 4e-8
-                                                                       : 1.2e-8;
-  return an_item + a_byte * static_cast<double>(bytes) + a_sample * parameters.samples;
-}
-
 std::vector<ArrayShard> cut_into_shards(std::span<const double> costs, std::size_t shards) {
   std::uint64_t block = 256;
   while (block > 1 && costs.size() < 16 * block * shards) block /= 2;

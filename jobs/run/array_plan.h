@@ -30,10 +30,6 @@ struct PlanOptions {
 // Adds the subcommand with its options.
 void add_plan_command(Command& program, PlanOptions& options, RunOptionTexts& texts);
 
-// The estimated processor seconds of an item whose file has this size; correct within a factor of two or so,
-// which is enough to divide work.
-double estimated_seconds(std::uint64_t bytes, const SampleParameters& parameters);
-
 // Divides rows of these costs into `shards` contiguous ranges of about equal cost, numbered by falling cost:
 // an array of tasks works on them in the order of their numbers, and would wait for large ones at its end.
 // Ranges begin at multiples of a power of two of at most 256 that leaves at least sixteen blocks per shard.

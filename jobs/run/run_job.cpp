@@ -135,13 +135,11 @@ class RunJob {
   }
 
   int print_plan(const std::optional<RunPlan>& unfinished) {
-    std::uint64_t bytes = reserve_memory(inputs_.items, options_.sample, options_.threads, 0), largest = 0,
-                  over = 0;
+    const std::uint64_t bytes = estimate_items(inputs_.items, options_.sample, options_.threads, 0);
+    std::uint64_t largest = 0, over = 0;
     for (const PlanItem& item : inputs_.items) {
       largest = std::max(largest, item.reserved_bytes);
       over += item.reserved_bytes > options_.model_bytes;
-      fmt::print("{}\t{}\t{} MiB\n", item.id, item.known_format ? "" : "unsupported_format",
-                 (item.reserved_bytes + (1 << 20) - 1) >> 20);
     }
     const double points = static_cast<double>(inputs_.items.size()) * header_.samples;
     fmt::print(
@@ -154,6 +152,9 @@ class RunJob {
         largest >> 20, options_.model_bytes >> 20, over);
     print_update(unfinished);
     print_notes(inputs_.notes);
+    for (const PlanItem& item : inputs_.items)
+      fmt::print("{}\t{}\t{} MiB\n", item.id, item.known_format ? "" : "unsupported_format",
+                 (item.reserved_bytes + (1 << 20) - 1) >> 20);
     return exit_done;
   }
 
