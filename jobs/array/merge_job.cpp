@@ -9,6 +9,7 @@
 #include <set>
 #include <vector>
 
+#include "jobs/cli/allow_failures.h"
 #include "jobs/cli/exit_status.h"
 #include "jobs/cli/jobs.h"
 #include "jobs/cli/output_guard.h"
@@ -268,7 +269,7 @@ JobFunction add_merge_job(Command& program, const Laboratory* laboratory) {
   command.add_flag("--fresh", options->fresh, "Replace a store of this name");
   add_trust_option(command, options->check);
   command.add_flag("--json", options->json, "The summary as JSON on standard output");
-  return [options, laboratory] { return merge(*options, laboratory); };
+  return with_failures_option(command, [options, laboratory] { return merge(*options, laboratory); });
 }
 
 }  // namespace meander

@@ -8,6 +8,7 @@
 
 #include "io/archive/model_bytes.h"
 #include "io/json_writer.h"
+#include "jobs/cli/allow_failures.h"
 #include "jobs/cli/exit_status.h"
 #include "jobs/cli/jobs.h"
 #include "jobs/cli/units.h"
@@ -69,7 +70,7 @@ class PlanJob {
       report(array, costs);
     else
       fmt::print("{}", script);
-    return inputs.notes.unread.empty() ? exit_done : exit_some_failed;
+    return exit_code_of(inputs.notes.unread.empty() ? exit_done : exit_some_failed, options_.allow_failures);
   }
 
  private:

@@ -16,6 +16,7 @@
 #include "io/json_writer.h"
 #include "io/store/run_directory.h"
 #include "io/store/store_reader.h"
+#include "jobs/cli/allow_failures.h"
 #include "jobs/cli/command_line.h"
 #include "jobs/cli/exit_status.h"
 #include "jobs/cli/jobs.h"
@@ -352,11 +353,11 @@ class DescribeJob {
 
 JobFunction add_describe_job(Command& program) {
   auto options = std::make_shared<DescribeOptions>();
-  add_describe_command(program, *options);
-  return [options] {
+  const Command command = add_describe_command(program, *options);
+  return with_failures_option(command.under("Report"), [options] {
     resolve_describe_options(*options);
     return DescribeJob(*options).run();
-  };
+  });
 }
 
 }  // namespace meander

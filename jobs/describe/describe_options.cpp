@@ -204,7 +204,7 @@ void check_described_output(const DescribeOptions& options, std::span<const fs::
   if (!in_place && !options.fresh) refuse_finished_store(output, RunPurpose::describe);
 }
 
-void add_describe_command(Command& program, DescribeOptions& options) {
+Command add_describe_command(Command& program, DescribeOptions& options) {
   Command command =
       program.add_subcommand("describe", "Add descriptors to a finished store without sampling again");
   command.example("meander describe store.h5 models/ --descriptors pairs,d2",
@@ -232,6 +232,7 @@ void add_describe_command(Command& program, DescribeOptions& options) {
   add_trust_option(running, options.check);
   add_budget_options(running, options);
   add_progress_options(command.under("Report"), options);
+  return command;
 }
 
 }  // namespace meander

@@ -31,7 +31,7 @@ struct DescribeOptions : WorkOptions {
 };
 
 // Adds the subcommand; its options are written to `options` when the command line is parsed.
-void add_describe_command(Command& program, DescribeOptions& options);
+Command add_describe_command(Command& program, DescribeOptions& options);
 
 // Resolves the options after parsing. Throws UsageError with every problem.
 void resolve_describe_options(DescribeOptions& options);

@@ -14,6 +14,7 @@
 #include "io/file_kind.h"
 #include "io/plot/picture_sheet.h"
 #include "io/plot/png_writer.h"
+#include "jobs/cli/allow_failures.h"
 #include "jobs/cli/command_line.h"
 #include "jobs/cli/exit_status.h"
 #include "jobs/cli/output_guard.h"
@@ -366,7 +367,7 @@ JobFunction add_strokes(Command& render) {
   add_drawing_options(command, options->memory, options->threads);
   add_list_options(command, options->collect);
   add_trust_option(command, options->check);
-  return [options] { return render_strokes(*options); };
+  return with_failures_option(command, [options] { return render_strokes(*options); });
 }
 
 }  // namespace meander

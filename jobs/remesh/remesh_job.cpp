@@ -23,6 +23,7 @@
 #include "io/json_writer.h"
 #include "io/mesh/mesh_writer.h"
 #include "io/parameters_text.h"
+#include "jobs/cli/allow_failures.h"
 #include "jobs/cli/exit_status.h"
 #include "jobs/cli/jobs.h"
 #include "jobs/cli/output_guard.h"
@@ -463,11 +464,11 @@ class RemeshJob {
 
 JobFunction add_remesh_job(Command& program, StageHook hook) {
   auto options = std::make_shared<RemeshOptions>();
-  add_remesh_command(program, *options);
-  return [options, hook = std::move(hook)] {
+  const Command command = add_remesh_command(program, *options);
+  return with_failures_option(command.under("Report"), [options, hook = std::move(hook)] {
     resolve_remesh_options(*options);
     return RemeshJob(*options, hook).run();
-  };
+  });
 }
 
 }  // namespace meander

@@ -39,7 +39,7 @@ const RemeshSettings& mesh_settings() {
 
 }  // namespace
 
-void add_remesh_command(Command& program, RemeshOptions& options) {
+Command add_remesh_command(Command& program, RemeshOptions& options) {
   Command command = program.add_subcommand(
       "remesh", "Write a mesh for every model of the input whose vertices are its samples");
   command.example("meander remesh models/ -o remeshed -n 5000 --fit", "PLY files of 5,000 vertices each");
@@ -63,6 +63,7 @@ void add_remesh_command(Command& program, RemeshOptions& options) {
   add_limit_options(running, options.run);
   running.add_flag("--fresh", options.run.fresh, "Make all meshes anew; files of their names are replaced");
   add_progress_options(command.under("Report"), options.run);
+  return command;
 }
 
 void resolve_remesh_options(RemeshOptions& options) {

@@ -18,7 +18,7 @@ struct RemeshOptions {
 };
 
 // Adds the subcommand with its options. They refer to `options`.
-void add_remesh_command(Command& program, RemeshOptions& options);
+Command add_remesh_command(Command& program, RemeshOptions& options);
 // Throws UsageError with every problem at once.
 void resolve_remesh_options(RemeshOptions& options);
 

@@ -14,6 +14,7 @@
 #include "io/json_writer.h"
 #include "io/mesh/mesh_reader.h"
 #include "io/table/table.h"
+#include "jobs/cli/allow_failures.h"
 #include "jobs/cli/exit_status.h"
 #include "jobs/cli/output_guard.h"
 #include "jobs/cli/units.h"
@@ -404,7 +405,7 @@ JobFunction add_query_command(Command& retrieve, const Laboratory* laboratory) {
       .show_default()
       .one_of({"x", "y", "z"})
       .needs(picture);
-  return [options, laboratory] { return query(*options, laboratory); };
+  return with_failures_option(command, [options, laboratory] { return query(*options, laboratory); });
 }
 
 }  // namespace meander

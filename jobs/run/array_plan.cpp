@@ -17,6 +17,7 @@
 #include "io/json/json_reader.h"
 #include "io/json_writer.h"
 #include "io/parameters_text.h"
+#include "jobs/cli/allow_failures.h"
 #include "jobs/cli/command_line.h"
 #include "jobs/cli/output_guard.h"
 #include "jobs/cli/usage_error.h"
@@ -243,6 +244,7 @@ void add_plan_command(Command& program, PlanOptions& options, RunOptionTexts& te
   add_limit_options(running, options.run);
   add_older_store_options(running, options.run);
   add_progress_options(command.under("Report"), options.run);
+  add_failures_option(command.under("Report"), options.allow_failures);
 }
 
 RunOptions planned_options(const RunArray& array, const StoreHeader& header, const Laboratory* laboratory) {

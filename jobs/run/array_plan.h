@@ -24,6 +24,7 @@ struct PlanOptions {
   std::string shards = "auto";  // a number, or auto: as many as minutes_per_shard makes
   double minutes_per_shard = 5;
   std::uint64_t max_tasks = 1001;  // of an array; Slurm's default of MaxArraySize
+  bool allow_failures = false;     // folders that cannot be read
   std::string emit;                // the scheduler to print a script for; empty: none
 };
 

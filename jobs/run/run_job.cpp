@@ -9,6 +9,7 @@
 
 #include "io/store/run_plan.h"
 #include "io/store/schema.h"
+#include "jobs/cli/allow_failures.h"
 #include "jobs/cli/command_line.h"
 #include "jobs/cli/exit_status.h"
 #include "jobs/cli/jobs.h"
@@ -348,7 +349,7 @@ JobFunction add_run_job(Command& program, const Laboratory* laboratory, StageHoo
   auto texts = std::make_shared<RunOptionTexts>();
   auto shard = std::make_shared<ShardOptions>();
   const Command command = add_run_command(program, *options, *texts, *shard);
-  return [options, texts, shard, command, laboratory, hook = std::move(hook)] {
+  const auto sample = [options, texts, shard, command, laboratory, hook = std::move(hook)] {
     if (options->store.empty() && options->inputs.size() == 1 &&
         !store_of_array(options->inputs.front()).empty())
       return run_shards(*options, *shard, command, laboratory, hook);
@@ -364,6 +365,7 @@ JobFunction add_run_job(Command& program, const Laboratory* laboratory, StageHoo
     };
     return RunJob(*options, laboratory, whole).run();
   };
+  return with_failures_option(command.under("Report"), sample);
 }
 
 }  // namespace meander

@@ -205,6 +205,8 @@ void refuse_other_options(const Command& command, const std::string& run_folder)
   constexpr std::array<std::string_view, 11> allowed = {
       "INPUT",     "--shard",  "--task",     "--shard-offset", "--shards-per-task", "--scratch",
       "--threads", "--memory", "--progress", "--json",         "--max-failures"};
+  if (command.given("--allow-failures"))
+    throw UsageError("--allow-failures: a shard ends with 0 although models failed; leave it out");
   for (const std::string& name : command.all_given())
     if (std::find(allowed.begin(), allowed.end(), name) == allowed.end())
       throw UsageError(fmt::format("{} is decided by the plan of `{}`: leave it out", name, run_folder));

@@ -17,6 +17,7 @@
 #include "io/json_writer.h"
 #include "io/store/run_directory.h"
 #include "io/store/store_reader.h"
+#include "jobs/cli/allow_failures.h"
 #include "jobs/cli/exit_status.h"
 #include "jobs/cli/jobs.h"
 #include "jobs/cli/option_words.h"
@@ -309,7 +310,7 @@ JobFunction add_surface_job(Command& program) {
                   "A formula for x, y, z in u and v of [0, 1], with more points where the surface bends");
   auto options = std::make_shared<SurfaceOptions>();
   add_surface_options(command, *options);
-  return [options] { return sample_surfaces(*options); };
+  return with_failures_option(command, [options] { return sample_surfaces(*options); });
 }
 
 }  // namespace meander
