@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "io/digest.h"
+#include "io/file/folder_lock.h"
 #include "jobs/cli/command_help.h"
 #include "jobs/cli/command_line.h"
 #include "jobs/cli/exit_status.h"
@@ -134,6 +135,7 @@ int run_program(int argc, char** argv, const Laboratory* laboratory, StageHook h
     fmt::print(stderr, "{}", first_steps(program));
     return exit_usage;
   }
+  const bool begins_anew = std::find(arguments.begin(), arguments.end(), "--fresh") != arguments.end();
   std::string chosen;
   try {
     if (!line.parse(argc, argv)) return end_output(exit_done);
@@ -144,8 +146,12 @@ int run_program(int argc, char** argv, const Laboratory* laboratory, StageHook h
       }
   } catch (const UsageError& error) {
     return say(exit_usage, error.what());
+  } catch (const FolderHeld& error) {
+    return say(exit_stopped, fmt::format("{}; repeat the command when that one has ended", error.what()));
   } catch (const RunError& error) {
-    return say(error.kind() == RunError::Kind::stopped ? exit_stopped : exit_usage, error.what());
+    if (error.kind() != RunError::Kind::stopped) return say(exit_usage, error.what());
+    return say(exit_stopped, fmt::format("{}; the same command{} continues", error.what(),
+                                         begins_anew ? " without --fresh" : ""));
   } catch (const ItemError& error) {  // a file of a job without rows that could hold its status
     if (error.status() != Status::internal)
       return say(exit_usage, fmt::format("{}: {}", name_of(error.status()), error.what()));

@@ -34,9 +34,8 @@ FileDescriptor lock_folder(const fs::path& folder, const std::string& name, bool
     if (uninterrupted([&] { return ::flock(file.get(), LOCK_EX | LOCK_NB); }) != 0) {
       if (errno != EWOULDBLOCK) throw_file_error(errno, "lock", path);
       const std::string holder = content_if_exists(path).value_or("");
-      throw RunError(RunError::Kind::stopped,
-                     fmt::format("another process{} holds {}", holder.empty() ? "" : " (pid " + holder + ")",
-                                 folder.string()));
+      throw FolderHeld(fmt::format("another process{} holds {}",
+                                   holder.empty() ? "" : " (pid " + holder + ")", folder.string()));
     }
     // The lock is valid only if others still find this file under its name.
     struct stat mine {

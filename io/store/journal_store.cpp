@@ -124,10 +124,11 @@ class JournalStoreWriter {
   }
 
   [[noreturn]] void damaged(std::uint64_t row) const {
-    throw RunError(RunError::Kind::stopped,
-                   fmt::format("{} has changed since row {} was written to it: run again, what is damaged "
-                               "will be computed again",
-                               journals_.path(row / journal_rows).string(), row));
+    throw RunError(
+        RunError::Kind::stopped,
+        fmt::format("{} has changed since row {} was written to it; what is damaged will be computed "
+                    "again",
+                    journals_.path(row / journal_rows).string(), row));
   }
 
   // The header that the record of a row begins with.

@@ -42,9 +42,7 @@ struct ExportSource {
 
   void check() const {
     if (stop != nullptr && *stop)
-      throw RunError(
-          RunError::Kind::stopped,
-          "stopped before all PointNet files were written; the same command without --fresh makes them");
+      throw RunError(RunError::Kind::stopped, "stopped before all PointNet files were written");
   }
 };
 

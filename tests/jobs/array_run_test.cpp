@@ -137,6 +137,7 @@ TEST_CASE("array: a task that another process works on exits with 75") {
     const ProcessResult second = scene.shard("1/2");
     CHECK(second.exit_code == 75);
     CHECK(contains(second.err, "another process"));
+    CHECK(second.err.ends_with("repeat the command when that one has ended\n"));
     const ProcessResult status = meander_with({"status", scene.run, "--json"});
     CHECK(status.exit_code == 75);
     CHECK(JsonObject(status.out, "status").integer("shards_in_work") == 1);

@@ -77,6 +77,7 @@ void check_without_room(const std::vector<std::string>& command, const fs::path&
   const bool begun = fs::exists(description);
   CHECK(result.exit_code == (begun ? 75 : 2));
   CHECK(contains(result.err, reason));
+  CHECK(result.err.ends_with("the same command without --fresh continues\n") == begun);
   CHECK(contains(result.err, (folder / "x").string()));
   CHECK(std::count(result.err.begin(), result.err.end(), '\n') == 1);
   if (!begun) {

@@ -185,6 +185,10 @@ TEST_CASE("run: a full disk exits with 75, and the run resumes once there is roo
   const ProcessResult full = run_process(run_command(scratch / "in", scratch / "s.h5"), options);
   INFO(full.err);
   REQUIRE(full.exit_code == 75);
+  CHECK(full.err.ends_with("File too large; the same command continues\n"));
+  const ProcessResult anew = run_process(run_command(scratch / "in", scratch / "s.h5", {"--fresh"}), options);
+  CHECK(anew.exit_code == 75);
+  CHECK(anew.err.ends_with("File too large; the same command without --fresh continues\n"));
   CHECK_FALSE(std::filesystem::exists(scratch / "s.h5"));
   REQUIRE(run_process(run_command(scratch / "in", scratch / "s.h5")).exit_code == 3);
   REQUIRE(run_process(run_command(scratch / "in", scratch / "calm.h5")).exit_code == 3);
