@@ -9,6 +9,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "io/json_writer.h"
 #include "io/plot/png_writer.h"
 #include "jobs/cli/command_line.h"
 #include "jobs/cli/exit_status.h"
@@ -40,6 +41,7 @@ struct RenderOptions {
   SheetLook sheet;
   ModelLook look;
   StoreCheck check = StoreCheck::every_byte;
+  bool json = false;
 };
 
 ModelLook look_of(const RenderOptions& options) {
@@ -124,11 +126,23 @@ int render_sheet(const RenderOptions& options) {
     failed += cell.picture.width == 0;
     alone += cell.note.starts_with("points only") || cell.note.starts_with("white space unknown");
   }
-  fmt::print("{}: {} models", options.output, cells.size());
-  if (alone > 0) fmt::print(", {} without a surface", alone);
-  if (failed > 0) fmt::print(", {} without points", failed);
-  fmt::print("\n");
-  if (look.style == SampleStyle::splats && look.surfaces)
+  if (options.json) {
+    fmt::print("{}\n", json_object([&](JsonWriter& json) {
+                 json.member("picture", options.output);
+                 json.member("without_surface", std::uint64_t{alone});
+                 json.member("without_points", std::uint64_t{failed});
+                 json.list("models", cells, [&](const SheetCell& cell) {
+                   json.member("title", cell.title);
+                   json.member("note", words_of(cell));
+                 });
+               }));
+  } else {
+    fmt::print("{}: {} models", options.output, cells.size());
+    if (alone > 0) fmt::print(", {} without a surface", alone);
+    if (failed > 0) fmt::print(", {} without points", failed);
+    fmt::print("\n");
+  }
+  if (!options.json && look.style == SampleStyle::splats && look.surfaces)
     for (const SheetCell& cell : cells) fmt::print("{}: {}\n", cell.title, words_of(cell));
   if (options.inputs.empty() && look.style == SampleStyle::surface)
     fmt::print(stderr,
@@ -212,6 +226,7 @@ JobFunction add_pictures(Command& render, const StyleWords& words) {
   add_drawing_options(command, options->memory, options->threads);
   if (words.input != nullptr) add_list_options(command, options->collect);
   add_trust_option(command, options->check);
+  command.add_flag("--json", options->json, "What was drawn as JSON on standard output");
   return [options] { return render_sheet(*options); };
 }
 

@@ -12,6 +12,7 @@
 
 #include "io/archive/model_bytes.h"
 #include "io/file_kind.h"
+#include "io/json_writer.h"
 #include "io/plot/picture_sheet.h"
 #include "io/plot/png_writer.h"
 #include "jobs/cli/allow_failures.h"
@@ -43,6 +44,7 @@ struct StrokesOptions {
   InputOptions collect;
   StrokePictureParameters look;
   StoreCheck check = StoreCheck::every_byte;
+  bool json = false;
 };
 
 template <class Names>
@@ -305,12 +307,23 @@ int render_strokes(const StrokesOptions& options) {
     return exit_some_failed;
   }
   write_pictures(options, look, cells);
+  const int status = paintings.failed() > 0 || subjects.folders_unread() ? exit_some_failed : exit_done;
+  if (options.json) {
+    fmt::print("{}\n", json_object([&](JsonWriter& json) {
+                 json.member("picture", options.output);
+                 json.member("pictures", std::uint64_t{cells.size()});
+                 json.member("models", std::uint64_t{subjects.count()});
+                 json.member("without_surface", std::uint64_t{paintings.lacking()});
+                 json.member("failed", std::uint64_t{paintings.failed()});
+               }));
+    return status;
+  }
   fmt::print("{}: {} picture{} of {} model{}", options.output, cells.size(), cells.size() == 1 ? "" : "s",
              subjects.count(), subjects.count() == 1 ? "" : "s");
   if (paintings.lacking() > 0) fmt::print(", {} without a surface", paintings.lacking());
   if (paintings.failed() > 0) fmt::print(", {} failed", paintings.failed());
   fmt::print("\n");
-  return paintings.failed() > 0 || subjects.folders_unread() ? exit_some_failed : exit_done;
+  return status;
 }
 
 void add_look_options(Command& command, StrokesOptions& options) {
@@ -367,6 +380,7 @@ JobFunction add_strokes(Command& render) {
   add_drawing_options(command, options->memory, options->threads);
   add_list_options(command, options->collect);
   add_trust_option(command, options->check);
+  command.add_flag("--json", options->json, "What was painted as JSON on standard output");
   return with_failures_option(command, [options] { return render_strokes(*options); });
 }
 

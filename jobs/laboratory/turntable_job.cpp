@@ -12,6 +12,7 @@
 #include <string>
 #include <utility>
 
+#include "io/json_writer.h"
 #include "io/plot/png_writer.h"
 #include "jobs/cli/command_line.h"
 #include "jobs/cli/exit_status.h"
@@ -33,7 +34,7 @@ struct TurntableOptions {
   std::uint32_t frames = 180, samples = 0, width = 640, height = 480;
   double step = 2, from = 30, elevation = 20;
   int threads = 0;
-  bool both_sides = false;
+  bool both_sides = false, json = false;
   SplatSizes sizes;
   StoreCheck check = StoreCheck::every_byte;
 };
@@ -146,6 +147,21 @@ int render_turntable(const TurntableOptions& options) {
     behind += model.behind(kept, view.back) / options.frames;
     counts.add(std::move(kept.kept));
   }
+  if (options.json) {
+    fmt::print("{}\n", json_object([&](JsonWriter& json) {
+                 json.member("frames", std::uint64_t{options.frames});
+                 json.member("output", options.output);
+                 json.member("item", store.id(number));
+                 json.member("fewest_samples", std::uint64_t{counts.fewest});
+                 json.member("most_samples", std::uint64_t{counts.most});
+                 if (counts.steps()) {
+                   json.member("median_share_kept", counts.median());
+                   json.member("least_share_kept", counts.worst());
+                 }
+                 json.member("share_behind", behind);
+               }));
+    return exit_done;
+  }
   fmt::print("{}: {} frames of {}, {} to {} samples each\n", options.output, options.frames, store.id(number),
              counts.fewest, counts.most);
   if (counts.steps())
@@ -206,6 +222,7 @@ JobFunction add_turntable(Command& render) {
   command.add_flag("--round", options->sizes.round, "Draw anisotropic samples as discs, too");
   add_drawing_options(command, options->memory, options->threads);
   add_trust_option(command, options->check);
+  command.add_flag("--json", options->json, "What was drawn as JSON on standard output");
   return [options] { return render_turntable(*options); };
 }
 

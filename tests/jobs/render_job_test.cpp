@@ -1,4 +1,5 @@
 // meander render: sheets of sampled models, with and without their meshes.
+#include <algorithm>
 #include <cstddef>
 #include <filesystem>
 #include <span>
@@ -64,6 +65,12 @@ TEST_CASE("render sheet: surfaces, failed items and a summary, the same for one 
   CHECK(bytes.starts_with("\x89PNG"));
   CHECK(bytes.size() > 20000);
   CHECK(bytes == read_file(place.path("2.png")));
+  const ProcessResult json = place.sheet({"-o", place.path("json.png"), "--json"});
+  CHECK(json.exit_code == 0);
+  CHECK(json.out.starts_with("{\"picture\":\"" + place.path("json.png") + "\",\"without_surface\":0,"));
+  CHECK(contains(json.out, "\"without_points\":1,\"models\":[{\"title\":"));
+  CHECK(std::count(json.out.begin(), json.out.end(), '\n') == 1);
+  CHECK(read_file(place.path("json.png")) == bytes);
   // Solid surfaces and lone points differ; without INPUT the program says what is missing.
   const ProcessResult alone = place.sheet({"-o", place.path("3.png")}, false);
   CHECK(alone.exit_code == 0);
@@ -291,6 +298,11 @@ TEST_CASE("render turntable: samples stay the same over all frames, for one thre
     words.insert(words.end(), small.begin(), small.end());
     return words;
   };
+  const ProcessResult json = turn(with({"-o", scratch / "json", "--json"}));
+  CHECK(json.exit_code == 0);
+  CHECK(
+      json.out.starts_with("{\"frames\":4,\"output\":\"" + (scratch / "json").string() + "\",\"item\":\"ring.off\","));
+  CHECK(contains(json.out, "\"median_share_kept\":0."));
   const ProcessResult first = turn(with({"-o", scratch / "a", "-j", "1"}));
   INFO(first.err);
   REQUIRE(first.exit_code == 0);

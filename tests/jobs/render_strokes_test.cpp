@@ -91,6 +91,12 @@ TEST_CASE("render strokes: several models and media make a sheet that shows brok
   CHECK(sheet.exit_code == 3);
   CHECK(contains(sheet.out, "8 pictures of 4 models, 2 failed"));
   CHECK(read_file(place.path("s.png")).size() > 5000);
+  const ProcessResult json = place.strokes({place.path("in"), "-o", place.path("j.png"), "--strokes", "200",
+                                            "--medium", "pencil,oil", "--json", "--allow-failures"});
+  CHECK(json.exit_code == 0);
+  CHECK(json.out == "{\"picture\":\"" + place.path("j.png") +
+                        "\",\"pictures\":8,\"models\":4,\"without_surface\":0,\"failed\":2}\n");
+  CHECK(read_file(place.path("j.png")) == read_file(place.path("s.png")));
   // Alone there is nothing to show.
   const ProcessResult alone = place.strokes({place.path("in/c.off"), "-o", place.path("n.png")});
   CHECK(alone.exit_code == 3);
