@@ -3,12 +3,16 @@
 
 #include <algorithm>
 #include <charconv>
+#include <filesystem>
 #include <memory>
+#include <set>
 #include <span>
 #include <utility>
 #include <vector>
 
 #include "io/digest.h"
+#include "io/file/file_error.h"
+#include "io/file_kind.h"
 #include "io/item_json.h"
 #include "io/json/json_tree.h"
 #include "io/json_writer.h"
@@ -214,6 +218,29 @@ void show_counts_json(const StoreReader& store, const StoreSummary& summary) {
              }));
 }
 
+// The one store in the working folder. A pack (NAME.pack-00000.h5) belongs to its index, NAME.h5.
+std::string only_store() {
+  std::set<std::string> stores;
+  for (const auto& entry : std::filesystem::directory_iterator(".")) {
+    const std::string name = entry.path().filename().string();
+    try {
+      std::error_code error;
+      if (entry.is_regular_file(error) && kind_of_file(name) == FileKind::store) stores.insert(name);
+    } catch (const FileError&) {  // a file that cannot be read is no store to show
+    }
+  }
+  std::erase_if(stores, [all = stores](const std::string& name) {
+    const std::size_t pack = name.rfind(".pack-"), end = name.rfind('.');
+    return pack != std::string::npos && pack < end && all.contains(name.substr(0, pack) + name.substr(end));
+  });
+  if (stores.empty()) throw UsageError("STORE is required: there is no store in this folder");
+  if (stores.size() > 1)
+    throw UsageError(fmt::format("STORE is required: there are {} stores in this folder, such as `{}`",
+                                 stores.size(), *stores.begin()));
+  fmt::print(stderr, "meander: the store of this folder is `{}`\n", *stores.begin());
+  return *stores.begin();
+}
+
 int info(const InfoOptions& options) {
   warn_of_unfinished_run(options.store);
   const StoreReader store(options.store, options.check);
@@ -237,7 +264,7 @@ JobFunction add_info_job(Command& program) {
   command.example("meander info store.h5", "Counts of models, statuses, classes and columns");
   command.example("meander info store.h5 chair/m12.off", "Everything about one model");
   auto options = std::make_shared<InfoOptions>();
-  command.add_option("STORE", options->store, "The store").required();
+  command.add_option("STORE", options->store, "The store (default: the one in this folder)");
   command.add_option("ITEM", options->item, "An id or a row number: show everything about this item");
   command.add_flag("--failed", options->failed, "One line per failed item: id: status: reason");
   command.add_flag("--json", options->json, "As JSON");
@@ -245,6 +272,7 @@ JobFunction add_info_job(Command& program) {
   return [options] {
     if (options->failed && (options->json || !options->item.empty()))
       throw UsageError("--failed prints all failed items as text: leave ITEM and --json out");
+    if (options->store.empty()) options->store = only_store();
     return info(*options);
   };
 }

@@ -291,10 +291,11 @@ class RemeshJob {
       std::optional<EmbreeDevice> device;
       if (casts_rays(run_.sample)) device.emplace();
       const GraphParameters parameters = graph_parameters(run_);
-      estimate_items(
+      const ItemEstimate estimate = estimate_items(
           items, run_.sample, run_.threads, run_.model_bytes, [this](const MeshEstimate& mesh) {
             return remesh_bytes(mesh, run_.sample.samples, options_.mesh.fit, carried_);
           });
+      warn_of_unopened(estimate, items.size());
       Progress progress(progress_style(run_.progress), items.size(), total_work(items), run_.threads,
                         header_.samples);
       if (items.size() < inputs_.items.size())

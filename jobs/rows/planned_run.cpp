@@ -100,7 +100,8 @@ class PlannedRun {
       if (casts_rays(options_.sample)) device.emplace();
       GraphParameters parameters = graph_parameters(options_);
       parameters.earlier_failures = earlier_failures_;
-      estimate_items(plan, parameters.sample, options_.threads, options_.model_bytes);
+      warn_of_unopened(estimate_items(plan, parameters.sample, options_.threads, options_.model_bytes),
+                       plan.size());
       GraphStages stages = sampling_stages(parameters.sample, device ? &*device : nullptr, parameters_.reuse);
       if (parameters_.hook) parameters_.hook(stages);
       StoreSink sink(directory_);
@@ -168,16 +169,21 @@ GraphParameters graph_parameters(const RunOptions& options) {
   return parameters;
 }
 
-std::uint64_t estimate_items(std::vector<PlanItem>& items, const SampleParameters& parameters, int threads,
-                             std::uint64_t budget,
-                             const std::function<std::uint64_t(const MeshEstimate&)>& more) {
+ItemEstimate estimate_items(std::vector<PlanItem>& items, const SampleParameters& parameters, int threads,
+                            std::uint64_t budget,
+                            const std::function<std::uint64_t(const MeshEstimate&)>& more) {
   const MemoryEstimate bytes_of(parameters, threads);
   const auto needed = [&](const MeshEstimate& mesh) {
     return bytes_of(mesh) + (more ? more(mesh) : std::uint64_t{0});
   };
   // All such models that can be in flight, two a thread, take at most half of the budget.
   const std::uint64_t negligible = budget / (4 * static_cast<std::uint64_t>(threads));
-  std::atomic<std::uint64_t> total{0};
+  std::atomic<std::uint64_t> total{0}, unopened{0}, first{items.size()};
+  const auto not_opened = [&](std::uint64_t i) {
+    ++unopened;
+    for (std::uint64_t known = first; i < known && !first.compare_exchange_weak(known, i);) {
+    }
+  };
   parallel_tasks(items.size(), [&](std::size_t i) {
     PlanItem& item = items[i];
     if (const auto most = most_in_small_file(item); most && needed(*most) <= negligible) {
@@ -188,14 +194,26 @@ std::uint64_t estimate_items(std::vector<PlanItem>& items, const SampleParameter
     }
     MeshEstimate estimate;
     try {
-      if (item.known_format && !item.path.empty()) estimate = peek_model(item);
+      if (item.path.empty())
+        not_opened(i);
+      else if (item.known_format)
+        estimate = peek_model(item);
     } catch (const ItemError&) {  // the read stage will say why
+      not_opened(i);
     }
     item.reserved_bytes = needed(estimate);
     item.work = estimated_seconds(estimate, parameters);
     total += estimate.file_bytes;
   });
-  return total;
+  return {total, unopened, first < items.size() ? items[first].id : ""};
+}
+
+void warn_of_unopened(const ItemEstimate& estimate, std::size_t items) {
+  if (2 * estimate.unopened <= items) return;
+  fmt::print(stderr,
+             "meander: {} of {} inputs do not exist or cannot be opened, such as `{}`; relative paths of a "
+             "list begin at the folder in which the command runs\n",
+             estimate.unopened, items, estimate.first_unopened);
 }
 
 double total_work(const std::vector<PlanItem>& items) {

@@ -11,13 +11,21 @@
 
 namespace meander {
 
+struct ItemEstimate {
+  std::uint64_t bytes = 0;     // of all files
+  std::uint64_t unopened = 0;  // items whose file does not exist or cannot be opened
+  std::string first_unopened;  // the id of the first one
+};
+
 // Sets the bytes and the work that every item will probably need, from header peeks in parallel; `more`, if
 // given, says which bytes a command needs besides. Small files are not opened for it where the most that they
-// can hold is nothing to `budget`, the bytes that models may take at once; 0 looks into all. Returns the
-// bytes of all files.
-std::uint64_t estimate_items(std::vector<PlanItem>& items, const SampleParameters& parameters, int threads,
-                             std::uint64_t budget,
-                             const std::function<std::uint64_t(const MeshEstimate&)>& more = {});
+// can hold is nothing to `budget`, the bytes that models may take at once; 0 looks into all.
+ItemEstimate estimate_items(std::vector<PlanItem>& items, const SampleParameters& parameters, int threads,
+                            std::uint64_t budget,
+                            const std::function<std::uint64_t(const MeshEstimate&)>& more = {});
+
+// Says on standard error that most of the items cannot be opened, where that is so.
+void warn_of_unopened(const ItemEstimate& estimate, std::size_t items);
 
 // The sum of PlanItem::work.
 double total_work(const std::vector<PlanItem>& items);

@@ -136,7 +136,8 @@ class RunJob {
   }
 
   int print_plan(const std::optional<RunPlan>& unfinished) {
-    const std::uint64_t bytes = estimate_items(inputs_.items, options_.sample, options_.threads, 0);
+    const ItemEstimate estimate = estimate_items(inputs_.items, options_.sample, options_.threads, 0);
+    warn_of_unopened(estimate, inputs_.items.size());
     std::uint64_t largest = 0, over = 0;
     for (const PlanItem& item : inputs_.items) {
       largest = std::max(largest, item.reserved_bytes);
@@ -145,7 +146,7 @@ class RunJob {
     const double points = static_cast<double>(inputs_.items.size()) * header_.samples;
     fmt::print(
         "{} models, {:.1f} MB of input, {} points each, about {:.1f} MB of points and their attributes\n",
-        inputs_.items.size(), static_cast<double>(bytes) * 1e-6, header_.samples,
+        inputs_.items.size(), static_cast<double>(estimate.bytes) * 1e-6, header_.samples,
         points * 1e-6 * static_cast<double>(store::sample_bytes(header_.columns)));
     fmt::print(
         "largest model needs about {} MiB of the {} MiB that --memory leaves for models; {} would be "

@@ -1,4 +1,7 @@
-// What users expect of every command: summaries first, failures that can be allowed.
+// What users expect of every command: summaries first, failures that can be allowed, a store that need not be
+// named.
+#include <unistd.h>
+
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -33,8 +36,18 @@ struct Folder {
   ProcessResult run(const Words& more = {}) const {
     return meander_with(joined({"run", path("in"), "-o", path("s.h5"), "-n", "64"}, more));
   }
+  // The program with this folder as its working folder.
+  ProcessResult inside(const char* folder, const Words& words) const {
+    ProcessOptions options;
+    options.in_child = [place = path(folder)] {
+      if (::chdir(place.c_str()) != 0) ::_exit(126);
+    };
+    return meander_with(words, options);
+  }
   ScratchFolder scratch;
 };
+
+std::string first_line(const std::string& text) { return text.substr(0, text.find('\n')); }
 
 }  // namespace
 
@@ -73,4 +86,44 @@ TEST_CASE("run --dry-run: the summary comes before the models") {
   CHECK(dry.out.starts_with("3 models, "));
   CHECK(dry.out.find("largest model needs about") < dry.out.find("ball.off\t"));
   CHECK(contains(dry.out, "cube.off\t\t"));
+}
+
+TEST_CASE("run: a list in which most paths are wrong is named before the first model is sampled") {
+  const Folder folder;
+  const auto listed = [&](const std::string& paths, const Words& more = {}) {
+    write_file(folder.path("list.txt"), paths);
+    return meander_with(joined({"run", "@" + folder.path("list.txt"), "--root", folder.path(""), "-o",
+                                folder.path("s.h5"), "-n", "64", "--fresh"},
+                               more));
+  };
+  const std::string good = folder.path("in/ball.off") + "\n",
+                    bad = folder.path("no/") + "a.off\n" + folder.path("no/") + "b.off\n";
+  const std::string warning = "meander: 2 of 3 inputs do not exist or cannot be opened, such as `no/a.off`; ";
+  const ProcessResult most = listed(good + bad);
+  CHECK(most.exit_code == 3);
+  CHECK(first_line(most.err).starts_with(warning));
+  CHECK(contains(listed(good + bad, {"--dry-run"}).err, warning));
+  CHECK_FALSE(contains(listed(good + folder.path("in/cube.off\n") + bad).err, "do not exist"));
+}
+
+TEST_CASE("info: without a name it takes the only store of the working folder, and says which") {
+  const Folder folder;
+  fs::create_directory(folder.path("work"));
+  const ProcessResult none = folder.inside("work", {"info"});
+  CHECK(none.exit_code == 2);
+  CHECK(none.err == "meander: STORE is required: there is no store in this folder\n");
+  REQUIRE(folder.run().exit_code == 3);
+  fs::copy(folder.path("s.h5"), folder.path("work/one.h5"));
+  write_file(folder.path("work/notes.txt"), "no store");
+  const ProcessResult one = folder.inside("work", {"info", "--json"});
+  CHECK(one.exit_code == 0);
+  CHECK(one.err == "meander: the store of this folder is `one.h5`\n");
+  CHECK(one.out == folder.inside("work", {"info", "one.h5", "--json"}).out);
+  // A pack belongs to its index.
+  fs::copy(folder.path("s.h5"), folder.path("work/one.pack-00000.h5"));
+  CHECK(folder.inside("work", {"info"}).exit_code == 0);
+  fs::copy(folder.path("s.h5"), folder.path("work/two.h5"));
+  const ProcessResult two = folder.inside("work", {"info"});
+  CHECK(two.exit_code == 2);
+  CHECK(two.err == "meander: STORE is required: there are 2 stores in this folder, such as `one.h5`\n");
 }
