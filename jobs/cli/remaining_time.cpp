@@ -1,7 +1,6 @@
 #include "jobs/cli/remaining_time.h"
 
 #include <algorithm>
-#include <cmath>
 
 namespace meander {
 
@@ -10,7 +9,7 @@ namespace {
 constexpr std::size_t items_compared = 41;  // the latest ones, whose median rate is taken
 constexpr std::size_t items_estimated = 3;  // so many have the rate 1 of the estimate before any is done
 constexpr double most_over_median = 4;      // an item counts at most this much more than those
-constexpr double half_life = 60;            // items after which one counts half
+constexpr double kept = 0.98851;            // of the weight of an item by each later one: half by 60
 constexpr double median_weight = 20;        // as how many items the median counts beside their mean
 
 double median_of(std::vector<double> values) {
@@ -32,7 +31,6 @@ void RemainingTime::finished(double work, double seconds, double now) {
     if (rates_.size() == items_compared) rates_.erase(rates_.begin());
     rates_.push_back(seconds / work);
     const double rate = std::min(rates_.back(), most_over_median * median_of(rates_));
-    const double kept = std::exp2(-1 / half_life);
     latest_seconds_ = kept * latest_seconds_ + rate * work;
     latest_work_ = kept * latest_work_ + work;
     latest_items_ = kept * latest_items_ + 1;

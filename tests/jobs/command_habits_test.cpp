@@ -51,7 +51,7 @@ std::string first_line(const std::string& text) { return text.substr(0, text.fin
 
 }  // namespace
 
-TEST_CASE("--allow-failures: a command that would end with 3 ends with 0, and does the same") {
+TEST_CASE("failures: with --allow-failures a command that would end with 3 ends with 0, and does the same") {
   const Folder folder;
   const auto check = [](const Words& command) {
     INFO(Catch::StringMaker<Words>::convert(command));

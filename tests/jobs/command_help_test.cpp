@@ -113,6 +113,7 @@ TEST_CASE("help: lines are broken between words, and long lists behind commas an
   option.help = "Of alpha,beta,gamma,delta,epsilon,zeta,eta,theta,iota,kappa,lambda,mu,nu,xi,omicron,pi";
   option.initial = "round";
   option.excludes = {"--formless"};
+  option.heading = "Options";
   command.options.push_back(option);
   const auto at = [&](int width) { return command_help(command, "x draw", HelpScope::all, width); };
   for (const int width : {30, 40, 59, 60, 72, 80, 100, 120}) {

@@ -316,7 +316,8 @@ TEST_CASE("describe: mistakes are usage errors, and nothing is written") {
   CHECK(contains(error_of({"--descriptors", "a3", "--descriptor-scale", "largest"}), "d2 and geodesic only"));
   CHECK(contains(error_of({c.in, "--descriptors", "basics", "--bins", "64"}),
                  "--bins applies to d2, a3, d1, d3, d4 and geodesic only"));
-  CHECK(contains(error_of({"--descriptors", "a3", "--bins", "4"}), "must be 8 to 1024"));
+  CHECK(contains(error_of({"--descriptors", "a3", "--bins", "4"}),
+                 "--bins takes a whole number from 8 to 1024, not `4`"));
   CHECK(contains(error_of({"--descriptors", "a3", "--memory", "1M"}), "give at least"));
   fs::create_directories(c.path("other"));
   write_mesh(c.path("other/else.off"), icosphere(1));

@@ -160,7 +160,8 @@ TEST_CASE("run --describe: mistakes are usage errors") {
   };
   CHECK(error_of({"--describe", "d2,geodsic"}).find("did you mean `geodesic`?") != std::string::npos);
   CHECK(error_of({"--bins", "64"}).find("--bins applies to d2") != std::string::npos);
-  CHECK(error_of({"--describe", "d2", "--bins", "4"}).find("must be 8 to 1024") != std::string::npos);
+  CHECK(error_of({"--describe", "d2", "--bins", "4"})
+            .find("--bins takes a whole number from 8 to 1024, not `4`") != std::string::npos);
   const ProcessResult few =
       run_process({program, "run", scratch / "in", "-o", scratch / "s.h5", "-n", "3", "--describe", "d2"});
   CHECK(few.exit_code == 2);

@@ -75,7 +75,7 @@ TEST_CASE("run --method anisotropic: mistakes are usage errors") {
   for (const std::vector<std::string>& option : {std::vector<std::string>{"--tensor", "curvature"},
                                                  {"--tensor-ratio", "4"},
                                                  {"--segments", "3"},
-                                                 {"--parameterisation", "gradient"}}) {
+                                                 {"--parameterization", "gradient"}}) {
     const ProcessResult result =
         run_process({fault_program, "run", scratch / "in", "-o", store, "-n", "64", option[0], option[1]});
     CHECK(result.exit_code == 2);
