@@ -49,7 +49,7 @@ void flatten(benchmark::State& state) {
 }
 BENCHMARK(flatten)->Apply(every_shape);
 
-// The graph Laplacian of a cut shape with its boundary fixed: the pattern that flattening factorises.
+// The graph Laplacian of a cut shape with its boundary fixed: the pattern that flattening factorizes.
 struct DirichletSystem {
   UnknownGraph graph;
   std::vector<double> values, diagonal;

@@ -102,7 +102,7 @@ def measure_folder(arguments, folder, scratch):
 
 # ---- the picture ---------------------------------------------------------------------------------------------
 
-COLOURS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7"]
+COLORS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7"]
 WIDTH, HEIGHT, LEFT, RIGHT, TOP, BOTTOM = 760, 460, 64, 150, 44, 54
 
 
@@ -152,7 +152,7 @@ def svg_picture(rows, score, title):
                f'"rotate(-90 16 {(TOP + HEIGHT - BOTTOM) / 2})">{escape(score)}</text>')
     points = []
     for row in rows:
-        color = COLOURS[folders.index(row[0]) % len(COLOURS)]
+        color = COLORS[folders.index(row[0]) % len(COLORS)]
         x, y = x_of(row[3]), y_of(row[column])
         if row[1] == "recommended":
             out.append(f'<path d="M{x:.1f} {y - 6:.1f}l6 6l-6 6l-6 -6z" fill="{color}"><title>{escape(row[2])}</title></path>')
@@ -163,7 +163,7 @@ def svg_picture(rows, score, title):
             for x, y, text, color in placed_labels(points)]
     for i, name in enumerate(folders):
         y = TOP + 12 + 20 * i
-        out.append(f'<circle cx="{WIDTH - RIGHT + 22}" cy="{y - 4}" r="4.5" fill="{COLOURS[i % len(COLOURS)]}"/>'
+        out.append(f'<circle cx="{WIDTH - RIGHT + 22}" cy="{y - 4}" r="4.5" fill="{COLORS[i % len(COLORS)]}"/>'
                    f'<text x="{WIDTH - RIGHT + 34}" y="{y}">{escape(name)}</text>')
     return "\n".join(out) + "\n</svg>\n"
 

@@ -34,14 +34,14 @@ PointsOnMeshArrays spread_points(const PreparedMesh& mesh, std::size_t count) {
   return points;
 }
 
-void factorise_heat(benchmark::State& state) {
+void factorize_heat(benchmark::State& state) {
   const PreparedMesh& mesh = large_torus();
   std::vector<std::uint64_t> entries(1);
   for ([[maybe_unused]] auto _ : state) entries[0] = HeatGeodesics(mesh).factor_entries();
   count_items(state, "vertex", static_cast<double>(mesh.vertex_count()));
   check_sum(state, "torus of 35,000", entries);
 }
-BENCHMARK(factorise_heat)->Unit(benchmark::kMillisecond);
+BENCHMARK(factorize_heat)->Unit(benchmark::kMillisecond);
 
 void heat_sources(benchmark::State& state) {
   const PreparedMesh& mesh = large_torus();

@@ -46,10 +46,10 @@ void empty_stages(benchmark::State& state) {
   CountingSink sink;
   for ([[maybe_unused]] auto _ : state) {
     sink.rows.clear();
-    std::atomic<bool> cancelled{false};
+    std::atomic<bool> canceled{false};
     std::vector<NodeStatistics> statistics;
     oneapi::tbb::task_arena(threads).execute(
-        [&] { run_sampling_graph(plan, parameters, stages, header, sink, cancelled, statistics); });
+        [&] { run_sampling_graph(plan, parameters, stages, header, sink, canceled, statistics); });
   }
   std::sort(sink.rows.begin(), sink.rows.end());  // rows end in any order
   count_items(state, "model", static_cast<double>(items));

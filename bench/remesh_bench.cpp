@@ -39,11 +39,11 @@ void collapse_rim(benchmark::State& state) {
     std::uint32_t apex = 0;
     while (!mesh.has_more_outgoing(apex, 4)) ++apex;
     std::vector<std::uint32_t> around;
-    mesh.for_neighbours(apex, [&](std::uint32_t v, std::uint32_t) { around.push_back(v); });
+    mesh.for_neighbors(apex, [&](std::uint32_t v, std::uint32_t) { around.push_back(v); });
     state.ResumeTiming();
     for (std::uint32_t i = 0; i < rim; i += 2) {
       std::uint32_t edge = no_index;
-      mesh.for_neighbours(around[i], [&](std::uint32_t w, std::uint32_t h) {
+      mesh.for_neighbors(around[i], [&](std::uint32_t w, std::uint32_t h) {
         if (w == around[i + 1]) edge = h;
       });
       mesh.collapse(edge, around[i]);

@@ -67,7 +67,7 @@ void segment_walk(benchmark::State& state) {
 }
 BENCHMARK(segment_walk)->Arg(2)->Arg(16)->Arg(64)->Unit(benchmark::kMillisecond);
 
-// The two parts of the walk that do not depend on the seeds: 0 orders, 1 factorises too.
+// The two parts of the walk that do not depend on the seeds: 0 orders, 1 factorizes too.
 void segment_factor(benchmark::State& state) {
   const Subject& torus = subject();
   UnknownGraph graph;

@@ -85,7 +85,7 @@ void run_stage(const GraphStage& stage, GraphItem& item, double timeout_seconds)
     stage.body(item);
   } catch (const NeedsMoreMemory&) {
     throw;
-  } catch (const RunCancelled&) {
+  } catch (const RunCanceled&) {
     item.dropped = true;
   } catch (...) {
     Failure failure = current_failure(stage.name);
@@ -113,13 +113,13 @@ class SamplingGraph {
  public:
   SamplingGraph(const std::vector<PlanItem>& plan, const GraphParameters& parameters,
                 const GraphStages& stages, const StoreHeader& header, RowSink& sink,
-                std::atomic<bool>& cancelled, std::vector<NodeStatistics>& statistics,
+                std::atomic<bool>& canceled, std::vector<NodeStatistics>& statistics,
                 const std::function<void(const FinishedItem&)>& observer)
       : plan_(plan),
         parameters_(parameters),
         header_(header),
         sink_(sink),
-        cancelled_(cancelled),
+        canceled_(canceled),
         statistics_(statistics),
         observer_(observer),
         admission_(parameters.memory_bytes, items_in_flight(parameters.threads), parameters.allow_oversize),
@@ -163,7 +163,7 @@ class SamplingGraph {
     result_.peak_reserved_bytes = admission_.peak_bytes();
     result_.stopped = result_.written != plan_.size();
     if (result_.taken != result_.written + result_.dropped || admission_.items_in_flight() != 0 ||
-        admission_.bytes_in_flight() != 0 || working_ != 0 || (!cancelled_ && result_.stopped))
+        admission_.bytes_in_flight() != 0 || working_ != 0 || (!canceled_ && result_.stopped))
       throw std::logic_error("the counts of the graph do not add up: " + std::to_string(result_.taken) +
                              " taken, " + std::to_string(result_.written) + " written, " +
                              std::to_string(result_.dropped) + " dropped, " +
@@ -200,7 +200,7 @@ class SamplingGraph {
       for (std::size_t i = 0; i < plan_.size(); ++i)
         enqueue(i, std::max<std::uint64_t>(1, plan_[i].reserved_bytes), out);
     }
-    if (cancelled_) admission_.drop_waiting();
+    if (canceled_) admission_.drop_waiting();
     while (working_ < parameters_.threads) {
       const auto ticket = admission_.next();
       if (!ticket) break;
@@ -239,7 +239,7 @@ class SamplingGraph {
     Envelope envelope = open_item(ticket.item);
     envelope.ticket = ticket;
     envelope.item->reserved_bytes = ticket.bytes;
-    envelope.item->model.cancel.cancelled = &cancelled_;
+    envelope.item->model.cancel.canceled = &canceled_;
     try {
       sink_.begin(plan_[ticket.item].row);
     } catch (...) {
@@ -302,7 +302,7 @@ class SamplingGraph {
         item.encoded = encode_row_in_blocks(
             header_, item.plan->row, item.model.row.report,
             [this, blocks = std::move(item.reused_blocks)](std::uint64_t begin, std::uint64_t end) {
-              if (cancelled_) throw RunCancelled();
+              if (canceled_) throw RunCanceled();
               return blocks(begin, end);
             },
             std::move(item.model.row.names));
@@ -341,7 +341,7 @@ class SamplingGraph {
       return;
     } catch (const RunError&) {
       throw;
-    } catch (const RunCancelled&) {
+    } catch (const RunCanceled&) {
       item.dropped = true;
       return;
     } catch (...) {
@@ -380,7 +380,7 @@ class SamplingGraph {
     if (report.status != Status::ok &&
         ++result_.failed + parameters_.earlier_failures > parameters_.max_failures) {
       result_.too_many_failures = true;
-      cancelled_ = true;
+      canceled_ = true;
     }
     const std::chrono::duration<double> seconds = Clock::now() - item.start, worked = item.worked;
     const double waited = std::max(0.0, seconds.count() - worked.count());
@@ -393,14 +393,14 @@ class SamplingGraph {
   // end.
   void stop_for(std::exception_ptr error) {
     if (!sink_failed_.exchange(true)) sink_error_ = std::move(error);
-    cancelled_ = true;
+    canceled_ = true;
   }
 
   const std::vector<PlanItem>& plan_;
   const GraphParameters& parameters_;
   const StoreHeader& header_;
   RowSink& sink_;
-  std::atomic<bool>& cancelled_;
+  std::atomic<bool>& canceled_;
   std::vector<NodeStatistics>& statistics_;
   const std::function<void(const FinishedItem&)>& observer_;
   flow::graph graph_;
@@ -523,7 +523,7 @@ GraphStages sampling_stages(const SampleParameters& parameters, const EmbreeDevi
 
 GraphResult run_sampling_graph(const std::vector<PlanItem>& plan, const GraphParameters& parameters,
                                const GraphStages& stages, const StoreHeader& header, RowSink& sink,
-                               std::atomic<bool>& cancelled, std::vector<NodeStatistics>& statistics,
+                               std::atomic<bool>& canceled, std::vector<NodeStatistics>& statistics,
                                const std::function<void(const FinishedItem&)>& observer) {
   const oneapi::tbb::global_control threads(oneapi::tbb::global_control::max_allowed_parallelism,
                                             static_cast<std::size_t>(parameters.threads));
@@ -533,7 +533,7 @@ GraphResult run_sampling_graph(const std::vector<PlanItem>& plan, const GraphPar
   const TsanLoop loop;
   arena.execute([&]() MEANDER_CALLED_BY_TBB {
     const TsanLoop::Task task(loop);
-    SamplingGraph graph(plan, parameters, stages, header, sink, cancelled, statistics, observer);
+    SamplingGraph graph(plan, parameters, stages, header, sink, canceled, statistics, observer);
     result = graph.run();
   });
   return result;

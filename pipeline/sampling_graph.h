@@ -109,7 +109,7 @@ class NoRows final : public RowSink {
 };
 
 // The body of a node, by name; tests inject failures into it. It works on one item and may throw ItemError,
-// RunCancelled or anything else.
+// RunCanceled or anything else.
 struct GraphStage {
   std::string_view name;
   std::function<void(GraphItem&)> body;
@@ -144,13 +144,13 @@ struct GraphResult {
   bool too_many_failures = false;   // stopped for GraphParameters::max_failures
 };
 
-// Runs the plan to its end, or until `cancelled` is set: by the caller at any time, or by the graph itself
+// Runs the plan to its end, or until `canceled` is set: by the caller at any time, or by the graph itself
 // when the sink fails or too many items have failed. Rethrows an exception of the sink after all items in
 // flight have ended. Throws std::logic_error when its counts do not add up. `statistics` gets one entry per
 // node; `observer` may be empty.
 GraphResult run_sampling_graph(const std::vector<PlanItem>& plan, const GraphParameters& parameters,
                                const GraphStages& stages, const StoreHeader& header, RowSink& sink,
-                               std::atomic<bool>& cancelled, std::vector<NodeStatistics>& statistics,
+                               std::atomic<bool>& canceled, std::vector<NodeStatistics>& statistics,
                                const std::function<void(const FinishedItem&)>& observer = {});
 
 // Runs the same stages on one item in the calling thread, to retry an item that was in flight when an earlier

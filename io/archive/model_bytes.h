@@ -37,8 +37,8 @@ class ModelBytes {
  public:
   // Throws ItemError as FileBytes and Archive::unpack do, and too_large when all that has to be unpacked is
   // more than `most_unpacked`. A file that the model names and that cannot be read is kept with the reason:
-  // reading the mesh fails where it is needed. With `colors`, the mesh has its colours, and the files that
-  // hold them (MTL, images) are opened too; one that cannot be read costs its colours alone. Those are
+  // reading the mesh fails where it is needed. With `colors`, the mesh has its colors, and the files that
+  // hold them (MTL, images) are opened too; one that cannot be read costs its colors alone. Those are
   // also found under names that differ as folded_name allows, on disk in folders of up to
   // most_searched_names. A name that leads up (`..`) is followed as far as ModelPlace::folders_above, and not
   // where a link leads out of that folder.
@@ -47,7 +47,7 @@ class ModelBytes {
   ModelBytes(const ModelBytes&) = delete;
   ModelBytes& operator=(const ModelBytes&) = delete;
 
-  std::uint64_t file_bytes() const;  // of all files but those of colours alone
+  std::uint64_t file_bytes() const;  // of all files but those of colors alone
   // What the bytes took beside themselves while they were unpacked.
   std::uint64_t packed_bytes() const { return packed_bytes_; }
   // The size of the files that are read for colors alone, and the memory of decoding their images, as their
@@ -56,7 +56,7 @@ class ModelBytes {
   // The content of the model: the SHA-256 of its file; of a model that names other files, of the digests of
   // its file and of these in the order in which it names them (zeros for one that cannot be read).
   std::array<std::uint8_t, 32> content_sha256() const;
-  // The SHA-256 of the digests of the files that hold colours alone, in the order in which the model names
+  // The SHA-256 of the digests of the files that hold colors alone, in the order in which the model names
   // them (zeros for one that cannot be read): they are no part of content_sha256, on which the points
   // depend. Zeros where there are none.
   std::array<std::uint8_t, 32> color_sha256() const;
@@ -82,7 +82,7 @@ class ModelBytes {
   std::uint64_t packed_bytes_ = 0, may_unpack_ = 0;
   File own_;
   std::deque<File> beside_;
-  std::vector<CompanionFile> companions_;  // of the surface, then those of its colours
+  std::vector<CompanionFile> companions_;  // of the surface, then those of its colors
   std::size_t color_companions_ = 0;
   bool colors_;
 };

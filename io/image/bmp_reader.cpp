@@ -1,5 +1,5 @@
 // BMP, by lines of our own: stb_image, which Debian packages, reads no runs, fills what a cut file lacks with
-// zeros, and takes colours beyond the palette from memory that nobody set, so that a run would not be
+// zeros, and takes colors beyond the palette from memory that nobody set, so that a run would not be
 // repeated.
 #include <algorithm>
 #include <array>
@@ -167,7 +167,7 @@ void bmp_row_of_colors(const BmpHeader& header, std::span<const std::byte> row, 
   }
 }
 
-// Pixels that runs pass over have the first colour.
+// Pixels that runs pass over have the first color.
 void decode_bmp_runs(const BmpHeader& header, const BmpPalette& palette, std::span<const std::byte> bytes,
                      ColorImage& image, const CancelToken& cancel) {
   const bool nibbles = header.packing == BmpPacking::runs_of_nibbles;

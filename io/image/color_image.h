@@ -1,4 +1,4 @@
-// Reading pictures as colours: PNG, JPEG, WebP, GIF, BMP and TGA, by what they contain whatever their name
+// Reading pictures as colors: PNG, JPEG, WebP, GIF, BMP and TGA, by what they contain whatever their name
 // is.
 #pragma once
 
@@ -21,12 +21,12 @@ struct ImageMemory {
 };
 ImageMemory memory_of_image(std::span<const std::byte> bytes);
 
-// Any PNG file: grey of 1, 2, 4, 8 and 16 bits, palette, RGB; 16 bits are rounded to 8. Any JPEG file of 8
-// bits by libjpeg: grey, RGB, YCbCr, CMYK, YCCK; baseline and progressive. WebP by libwebp, lossy and
+// Any PNG file: gray of 1, 2, 4, 8 and 16 bits, palette, RGB; 16 bits are rounded to 8. Any JPEG file of 8
+// bits by libjpeg: gray, RGB, YCbCr, CMYK, YCCK; baseline and progressive. WebP by libwebp, lossy and
 // lossless. GIF, with one palette or two, interlaced. BMP of 1, 2, 4, 8, 16, 24 and 32 bits, with masks, and
-// with runs of 4 and 8 bits. TGA of 15, 16, 24 and 32 bits, grey and palettes, with runs, from any corner. Of
-// an animation the first picture; what that leaves out of the whole has the background's colour. Alpha,
-// gamma, colour profiles and the orientation that a camera notes are not applied: values are as stored, taken
+// with runs of 4 and 8 bits. TGA of 15, 16, 24 and 32 bits, gray and palettes, with runs, from any corner. Of
+// an animation the first picture; what that leaves out of the whole has the background's color. Alpha,
+// gamma, color profiles and the orientation that a camera notes are not applied: values are as stored, taken
 // as sRGB.
 //
 // An image that is none of these, is cut or damaged, has more than most_image_pixels, or promises more pixels

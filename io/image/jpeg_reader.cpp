@@ -31,7 +31,7 @@ struct JpegDecoder {
   std::jmp_buf jump{};
   std::span<const std::byte> bytes;
   const CancelToken* cancel = nullptr;
-  bool cancelled = false, created = false;
+  bool canceled = false, created = false;
   char reason[JMSG_LENGTH_MAX] = "out of memory";
 
   explicit JpegDecoder(std::span<const std::byte> content) : bytes(content) {
@@ -69,7 +69,7 @@ struct JpegDecoder {
       std::longjmp(self.jump, 1);
     }
     if (!self.is_stopped()) return;
-    self.cancelled = true;
+    self.canceled = true;
     std::longjmp(self.jump, 1);
   }
   // The exception must not pass libjpeg; it is thrown again outside.
@@ -115,7 +115,7 @@ struct JpegDecoder {
 };
 
 [[noreturn]] void fail_decoding_jpeg(const JpegDecoder& decoder) {
-  if (decoder.cancelled) decoder.cancel->check();
+  if (decoder.canceled) decoder.cancel->check();
   throw ItemError(Status::unreadable, std::string("the JPEG file cannot be decoded: ") + decoder.reason);
 }
 

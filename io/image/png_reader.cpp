@@ -57,7 +57,7 @@ struct Decoder {
     return true;
   }
 
-  // From here on rows are grey or RGB of 8 or 16 bits (big-endian); returns the passes over the picture.
+  // From here on rows are gray or RGB of 8 or 16 bits (big-endian); returns the passes over the picture.
   bool set_transformations(int& passes) {
     if (setjmp(png_jmpbuf(png)) != 0) return false;
     const int type = png_get_color_type(png, info);
@@ -104,16 +104,15 @@ std::string size_of(std::uint32_t width, std::uint32_t height) {
   return std::to_string(width) + " x " + std::to_string(height) + " pixels";
 }
 
-// Grey values of one row. Integer weights: a grey pixel of RGB has the value that it has in a grey picture.
-void append_row(const png_byte* row, std::size_t width, bool colour, bool wide, std::vector<float>& values) {
+// Gray values of one row. Integer weights: a gray pixel of RGB has the value that it has in a gray picture.
+void append_row(const png_byte* row, std::size_t width, bool color, bool wide, std::vector<float>& values) {
   const auto sample = [&](std::size_t k) -> std::uint64_t {
     return wide ? std::uint64_t{row[2 * k]} << 8 | row[2 * k + 1] : row[k];
   };
   const double white = wide ? 65535 : 255;
   for (std::size_t x = 0; x < width; ++x) {
-    const std::uint64_t luma = colour
-                                   ? 2126 * sample(3 * x) + 7152 * sample(3 * x + 1) + 722 * sample(3 * x + 2)
-                                   : 10000 * sample(x);
+    const std::uint64_t luma =
+        color ? 2126 * sample(3 * x) + 7152 * sample(3 * x + 1) + 722 * sample(3 * x + 2) : 10000 * sample(x);
     values.push_back(static_cast<float>(static_cast<double>(luma) / (10000 * white)));
   }
 }
@@ -190,7 +189,7 @@ GrayImage decode_gray_png(std::span<const std::byte> bytes, std::uint64_t most_b
     fail(size_of(image.width, image.height) + " need more memory than the " + std::to_string(most_bytes) +
          " bytes allowed");
 
-  const bool colour = (png_get_color_type(decoder.png, decoder.info) & PNG_COLOR_MASK_COLOR) != 0;
+  const bool color = (png_get_color_type(decoder.png, decoder.info) & PNG_COLOR_MASK_COLOR) != 0;
   const bool wide = png_get_bit_depth(decoder.png, decoder.info) == 16;
   image.values.reserve(std::size_t{image.width} * image.height);
   std::vector<png_byte> rows(interlaced ? row_bytes * image.height : row_bytes);
@@ -198,7 +197,7 @@ GrayImage decode_gray_png(std::span<const std::byte> bytes, std::uint64_t most_b
     for (std::size_t y = 0; y < image.height; ++y) {
       png_byte* const row = rows.data() + (interlaced ? y * row_bytes : 0);
       if (!decoder.read_row(row)) fail_decoding(decoder);
-      if (pass + 1 == passes) append_row(row, image.width, colour, wide, image.values);
+      if (pass + 1 == passes) append_row(row, image.width, color, wide, image.values);
     }
   if (!decoder.read_end()) fail_decoding(decoder);
   return image;

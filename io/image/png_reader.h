@@ -1,4 +1,4 @@
-// Reading pictures as grey values.
+// Reading pictures as gray values.
 #pragma once
 
 #include <cstddef>
@@ -15,10 +15,10 @@ struct GrayImage {
   std::vector<float> values;  // width x height
 };
 
-// Reads any PNG file: grey of 1, 2, 4, 8 and 16 bits, palette, RGB; interlaced or not. A value is the stored
-// sample over its largest value; colours become the luma 0.2126 R + 0.7152 G + 0.0722 B (ITU-R BT.709) of
-// their stored samples, so that a grey picture gives the same values in every colour type. No gamma and no
-// colour profile is applied. Alpha and transparency are dropped.
+// Reads any PNG file: gray of 1, 2, 4, 8 and 16 bits, palette, RGB; interlaced or not. A value is the stored
+// sample over its largest value; colors become the luma 0.2126 R + 0.7152 G + 0.0722 B (ITU-R BT.709) of
+// their stored samples, so that a gray picture gives the same values in every color type. No gamma and no
+// color profile is applied. Alpha and transparency are dropped.
 //
 // Throws ItemError(unreadable) with a sentence: the file cannot be opened, is not a PNG file, is cut or
 // damaged in what the picture needs, promises more pixels than its bytes can hold, or needs more than

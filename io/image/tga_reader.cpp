@@ -1,5 +1,5 @@
 // TGA, by lines of our own: stb_image, which Debian packages, takes mirrored pictures as they are stored,
-// skips bytes where the first colours of a palette are left out, and fills what a cut file lacks with memory
+// skips bytes where the first colors of a palette are left out, and fills what a cut file lacks with memory
 // that nobody set.
 #include <algorithm>
 #include <array>
@@ -18,7 +18,7 @@ namespace {
 constexpr std::size_t tga_header_bytes = 18, tga_footer_bytes = 26;
 constexpr std::uint64_t longest_tga_run = 128;
 
-enum class TgaPixels : std::uint8_t { palette = 1, colors = 2, grey = 3 };
+enum class TgaPixels : std::uint8_t { palette = 1, colors = 2, gray = 3 };
 
 struct TgaHeader {
   TgaPixels pixels = TgaPixels::colors;
@@ -41,7 +41,7 @@ bool has_tga_footer(std::span<const std::byte> bytes) {
   return text_of(bytes).ends_with(mark);
 }
 
-// Bytes of a colour of so many bits, or 0.
+// Bytes of a color of so many bits, or 0.
 std::size_t tga_color_bytes(std::uint32_t bits) {
   return bits == 15 || bits == 16 ? 2 : bits == 24 ? 3 : bits == 32 ? 4 : 0;
 }
@@ -71,7 +71,7 @@ std::optional<TgaHeader> tga_header(std::span<const std::byte> bytes) {
     case TgaPixels::colors:
       header.pixel_bytes = tga_color_bytes(bits);
       break;
-    case TgaPixels::grey:
+    case TgaPixels::gray:
       header.pixel_bytes = bits == 8 ? 1 : bits == 16 ? 2 : 0;
       break;
   }
@@ -127,9 +127,9 @@ class TgaDecoder {
   std::array<std::uint8_t, 3> color(std::span<const std::byte> pixel) const {
     const auto first = std::to_integer<std::uint32_t>(pixel[0]);
     switch (header_.pixels) {
-      case TgaPixels::grey: {
-        const auto grey = static_cast<std::uint8_t>(first);
-        return {grey, grey, grey};
+      case TgaPixels::gray: {
+        const auto gray = static_cast<std::uint8_t>(first);
+        return {gray, gray, gray};
       }
       case TgaPixels::colors:
         return tga_color(pixel);

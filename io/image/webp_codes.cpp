@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::size_t longest_webp_code = 15;
 constexpr std::uint32_t webp_bytes_of_values = 256, webp_length_codes = 24, webp_distance_codes = 40;
-// Entries of four bytes in the tables of one group, by the bits of the cache of colours, and what leads to
+// Entries of four bytes in the tables of one group, by the bits of the cache of colors, and what leads to
 // the tables.
 constexpr std::array<std::uint64_t, 12> webp_group_entries = {2954, 2956, 2958, 2962, 2970, 2986,
                                                               3018, 3082, 3212, 3468, 3980, 5004};

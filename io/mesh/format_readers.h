@@ -27,14 +27,14 @@ PolygonMesh read_mesh_in_blocks(std::span<const std::byte> bytes, MeshFormat for
                                 const CancelToken& cancel, const BlockRule& rule,
                                 const MeshSurroundings& around = {});
 
-// A component of a colour that is not there.
+// A component of a color that is not there.
 inline constexpr float no_color = std::numeric_limits<float>::quiet_NaN();
-// What the numbers of colours are: whole by their declared type or as they are written, or real.
+// What the numbers of colors are: whole by their declared type or as they are written, or real.
 enum class ColorNumbers : std::uint8_t { whole, real };
-// Brings the colours of all vertices, or of all faces, of a file to [0, 1] (docs/FORMATS.md has the table).
+// Brings the colors of all vertices, or of all faces, of a file to [0, 1] (docs/FORMATS.md has the table).
 // Whole numbers are of 255, or where one is larger of 65,535. Real ones are in [0, 1], or of 255 where more
 // than half of those that are not 0 are above 1: one that rounding or a highlight carries above 1 says
-// nothing. Values without a colour are NaN, before and after. O(values).
+// nothing. Values without a color are NaN, before and after. O(values).
 void scale_colors(std::vector<float>& values, ColorNumbers numbers);
 // The path from the model's folder (CompanionFile::path), backslashes taken as slashes; empty with the reason
 // set where it is absolute or none.

@@ -101,7 +101,7 @@ struct GltfPrimitive {
   std::uint32_t colors = no_index;        // an accessor,
   std::uint32_t draco_colors = no_index;  // and an id in its Draco stream
   std::uint32_t material = no_index;
-  // Sets of texture coordinates, accessors; in a Draco stream ids. The three above only if colours are asked
+  // Sets of texture coordinates, accessors; in a Draco stream ids. The three above only if colors are asked
   // for, these also if coordinates are, and the material if its number is.
   std::vector<std::uint32_t> coordinates, draco_coordinates;
   // Accessors of what morph targets add to the positions; no_index of a target that moves none.
@@ -123,9 +123,9 @@ struct GltfImage {
   std::uint32_t view = no_index;
 };
 
-// What is wrong in it costs the colours, not the model.
+// What is wrong in it costs the colors, not the model.
 struct GltfMaterial {
-  std::array<float, 3> color = {1, 1, 1};  // base colour in linear light
+  std::array<float, 3> color = {1, 1, 1};  // base color in linear light
   bool has_texture = false;
   std::uint32_t image = no_index;        // no_index although it has a texture: one that is not there
   std::uint32_t other_image = no_index;  // the one to be taken where that cannot be read
@@ -159,7 +159,7 @@ struct GltfDocument {
   std::vector<GltfView> views;
   std::vector<GltfAccessor> accessors;
   std::vector<GltfMesh> meshes;
-  std::vector<GltfMaterial> materials;  // this and the next if colours are asked for
+  std::vector<GltfMaterial> materials;  // this and the next if colors are asked for
   std::vector<GltfImage> images;
   std::vector<GltfNode> nodes;
   std::vector<GltfInstances> instances;
@@ -183,8 +183,8 @@ struct GltfChunks {
 GltfChunks gltf_chunks(std::string_view head, std::uint64_t file_bytes);
 
 // Throws ItemError: unsupported_format for glTF 1.0 and for required extensions that are unknown, which it
-// names; unreadable when a value has another type than the format says. What colours need is read with
-// `colors` alone, and what is wrong there costs the colours; so it is with the extras. O(values).
+// names; unreadable when a value has another type than the format says. What colors need is read with
+// `colors` alone, and what is wrong there costs the colors; so it is with the extras. O(values).
 GltfDocument parse_gltf(const JsonTree& json, bool colors = false, const MeshExtras& extras = {});
 
 // "accessors[3]: `what`".

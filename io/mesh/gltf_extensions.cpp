@@ -21,7 +21,7 @@ constexpr std::array<std::string_view, 8> applied_names = {
     "EXT_texture_webp",        "KHR_materials_pbrSpecularGlossiness"};
 
 // Light and shading, animation, sound, physics, cameras, and data about the model. Where a material lets
-// light through or shines, its base colour is still the colour of its points.
+// light through or shines, its base color is still the color of its points.
 constexpr std::array<std::string_view, 55> harmless_names = {"KHR_environment_map",
                                                              "KHR_materials_anisotropy",
                                                              "KHR_materials_clearcoat",
@@ -92,7 +92,7 @@ Use use_of(std::string_view name) {
     if (name.find(part) != std::string_view::npos) return Use::harmless;
   // Its streams may be of a later version of the codec; what they replace has to be there too.
   if (name == "KHR_meshopt_compression") return Use::fallback;
-  // Formats of images, other base colours, shaders, and variants of the materials.
+  // Formats of images, other base colors, shaders, and variants of the materials.
   for (const std::string_view part :
        {"_materials_", "_material_", "_texture_", "_techniques_", "_technique_"})
     if (name.find(part) != std::string_view::npos) return Use::color;

@@ -1,4 +1,4 @@
-// Internal to io/mesh: what extensions of glTF mean for the shape and the colours of a model at rest.
+// Internal to io/mesh: what extensions of glTF mean for the shape and the colors of a model at rest.
 #pragma once
 
 #include <string>
@@ -17,7 +17,7 @@ bool is_known_extension(std::string_view name);
 std::string shown_text(std::string_view text, std::size_t most = 64);
 
 // Adds Note::feature_ignored, once for each extension that the file lists or has in one of its objects, that
-// changes the shape (with `colors` also the colours) and is not applied; the example names them. O(values).
+// changes the shape (with `colors` also the colors) and is not applied; the example names them. O(values).
 void note_ignored_extensions(const JsonTree& json, bool colors, Notes& notes);
 
 }  // namespace meander

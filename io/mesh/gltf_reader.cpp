@@ -316,7 +316,7 @@ class SceneReader {
     return static_cast<std::uint32_t>(first);
   }
 
-  // COLOR_0, of three numbers or four with an opacity; what is wrong with it costs the colours alone. Its
+  // COLOR_0, of three numbers or four with an opacity; what is wrong with it costs the colors alone. Its
   // integers are shares of the largest, also where they are not marked so.
   void add_vertex_colors(std::uint32_t accessor, std::size_t count) {
     std::vector<double> values;
@@ -337,7 +337,7 @@ class SceneReader {
     if (accessor != no_index && !found)
       notes_.add(Note::colors_ignored, fmt::format("COLOR_0 in accessor {} cannot be read", accessor));
   }
-  // values: `width` for each vertex; other counts are no colours.
+  // values: `width` for each vertex; other counts are no colors.
   void add_vertex_colors(std::span<const double> values, std::uint32_t width, std::size_t count) {
     std::vector<float>& colors = mesh_.colors.vertex;
     const std::size_t begin = colors.size();
@@ -347,7 +347,7 @@ class SceneReader {
       for (std::size_t k = 0; k < 3; ++k)
         colors[begin + 3 * v + k] = static_cast<float>(values[width * v + k]);
   }
-  // Numbers of a colour; 0: the accessor has none.
+  // Numbers of a color; 0: the accessor has none.
   std::uint32_t color_width(std::uint32_t accessor) const {
     if (accessor >= document_.accessors.size()) return 0;
     const std::uint32_t width = document_.accessors[accessor].width;

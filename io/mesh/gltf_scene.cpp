@@ -316,7 +316,7 @@ struct MeshCounts {
 MeshCounts count_mesh(const GltfDocument& document, std::uint32_t number, bool morphs) {
   MeshCounts mesh;
   mesh.counted = true;
-  // Primitives of one mesh may share their vertices, unless they have colours, targets or attributes of their
+  // Primitives of one mesh may share their vertices, unless they have colors, targets or attributes of their
   // own that are asked for. Texture coordinates of their own would take memory too: they count as vertices.
   std::set<std::tuple<GltfAttributes, std::uint32_t, std::vector<std::uint32_t>, std::vector<std::uint32_t>,
                       std::vector<std::uint32_t>>>

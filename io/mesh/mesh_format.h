@@ -54,7 +54,7 @@ struct FormatRow {
   // The paths of the files that the surface of a model is in beside its own (CompanionFile::path), in the
   // order in which the file names them, each once; none for a file that cannot be read. O(bytes).
   std::vector<std::string> (*companions)(std::span<const std::byte> bytes) = nullptr;
-  // The same of the files that hold colours alone: images (CompanionFile::is_image), or libraries of
+  // The same of the files that hold colors alone: images (CompanionFile::is_image), or libraries of
   // materials where the format has the next.
   std::vector<std::string> (*color_companions)(std::span<const std::byte> bytes) = nullptr;
   // The images of the materials that the file uses, from these libraries. A name counts from the folder of

@@ -57,7 +57,7 @@ struct CompanionFile {
   Loss loss = Loss::none;
 };
 
-// What a reader takes up only when it is asked to, beside colours.
+// What a reader takes up only when it is asked to, beside colors.
 struct MeshExtras {
   bool coordinates = false;  // fill PolygonMesh::coordinates
   // Fill PolygonMesh::asked_attributes with these, where the format has attributes that are not read anyway:
@@ -82,11 +82,11 @@ struct MeshSurroundings {
 // before memory is taken. Large files are parsed in parallel blocks (the result does not depend on it). Extra
 // properties are skipped; vertex and corner normals and scalar vertex and face attributes are kept. Throws
 // ItemError: unreadable or unsupported_format with a sentence that says what is wrong and where (line or
-// byte); empty for a file without a face, and for one without anything. RunCancelled and bad_alloc pass.
+// byte); empty for a file without a face, and for one without anything. RunCanceled and bad_alloc pass.
 //
 // What is accepted, and the limits:
 // * The name decides the format. Content that clearly is of another format is unreadable, and the sentence
-//   names it: reading it silently would hide that a collection is mislabelled.
+//   names it: reading it silently would hide that a collection is mislabeled.
 // * Byte-order marks, UTF-16 with a mark, CRLF and CR line ends, comments and numbers as nan, -nan(ind),
 //   1.#INF or 1e400 (infinity) are read. 1,5 is not a number in any locale.
 // * A face that cannot be read keeps its number and has no corners; a coordinate that is not a number makes
@@ -116,12 +116,12 @@ struct MeshSurroundings {
 // Texture coordinates, when asked for: of corners, from OBJ (`vt`), PLY (`texcoord` of faces, or those of
 // vertices) and glTF (TEXCOORD_0), v as the file has it: upwards in OBJ and PLY, downwards in glTF.
 //
-// Colours, when asked for: of vertices, faces, materials and textures, as docs/FORMATS.md lists them by
+// Colors, when asked for: of vertices, faces, materials and textures, as docs/FORMATS.md lists them by
 // format, with the rule by which numbers are bytes or fractions (scale_colors). Images (decode_color_image)
 // are decoded as far as a polygon has them; one that is missing, damaged or beyond most_image_pixels is kept
-// without pixels. A colour that is not there or cannot be read is none, never an error.
+// without pixels. A color that is not there or cannot be read is none, never an error.
 //
-// What the file asks for and does not get stands in PolygonMesh::notes: colours with `colors` alone.
+// What the file asks for and does not get stands in PolygonMesh::notes: colors with `colors` alone.
 PolygonMesh read_mesh(std::span<const std::byte> bytes, MeshFormat format, const CancelToken& cancel = {},
                       const MeshSurroundings& around = {});
 

@@ -24,14 +24,14 @@ struct WrittenValues {
 };
 
 // Why a file of this format cannot hold those values, or cannot under these names; empty where it can. OFF
-// has colours, OBJ colours and texture coordinates, PLY all three.
+// has colors, OBJ colors and texture coordinates, PLY all three.
 std::string written_values_problem(MeshFormat format, bool colors, bool texcoord,
                                    std::span<const std::string> attributes);
 
 // x, y, z: V coordinates of the file; triangles: 3 F vertex numbers. PLY: binary little-endian, double
-// coordinates, faces as lists of uchar and uint, colours as uchar red, green, blue, texture coordinates as
+// coordinates, faces as lists of uchar and uint, colors as uchar red, green, blue, texture coordinates as
 // float s, t, attributes as float, integers as int, under their names; OFF and OBJ: shortest decimals that
-// read back to the same double. OFF and OBJ: colours in [0, 1] behind the coordinates, of OFF (COFF) with an
+// read back to the same double. OFF and OBJ: colors in [0, 1] behind the coordinates, of OFF (COFF) with an
 // opacity; OBJ: `vt` of the vertices that have texture coordinates, faces with them where all three have. An
 // AtomicFile: its name is that of a whole file at every moment. Throws FileError, std::invalid_argument for
 // other formats, for arrays that do not fit, and values that the format cannot hold. O(V + F), 1 MiB of

@@ -79,7 +79,7 @@ class Options {
   std::string_view rest_;
 };
 
-// Options of map_Kd with one argument that changes no colour here. -colorspace is not of the format.
+// Options of map_Kd with one argument that changes no color here. -colorspace is not of the format.
 constexpr std::array<std::string_view, 9> map_options_of_one = {
     "-blendu", "-blendv", "-boost", "-bm", "-cc", "-type", "-texres", "-imfchan", "-colorspace"};
 

@@ -1,4 +1,4 @@
-// Internal to io/mesh: the materials in material libraries (MTL) of OBJ files, as far as colours need them.
+// Internal to io/mesh: the materials in material libraries (MTL) of OBJ files, as far as colors need them.
 #pragma once
 
 #include <array>
@@ -45,10 +45,10 @@ struct MtlMaterials {
 
 // The materials of all libraries; of those of one name the first. Libraries are texts as OBJ files are, with
 // any line ends, in UTF-8 or UTF-16; keywords may be in capitals. `Kd r` means r three times; spectral and
-// CIE XYZ colours are none. Of map_Kd the options -s, -o, -clamp and -mm are honoured; -blendu, -blendv,
+// CIE XYZ colors are none. Of map_Kd the options -s, -o, -clamp and -mm are honored; -blendu, -blendv,
 // -boost, -bm, -cc, -colorspace, -imfchan, -t, -texres and -type are read over, also behind the name. Images
 // repeat, are bilinear, and v points up in them. Nothing is an error: a line that cannot be read has no
-// colour, a library with a problem or beyond 16 MiB no materials, which is noted, and after 16384 materials
+// color, a library with a problem or beyond 16 MiB no materials, which is noted, and after 16384 materials
 // the rest have none. Images (CompanionFile::is_image) are skipped.
 MtlMaterials read_materials(std::span<const CompanionFile> libraries);
 

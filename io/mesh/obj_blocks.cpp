@@ -135,7 +135,7 @@ class ObjBlockReader {
       part_.materials.push_back({part_.polygons.count(), trimmed(line.substr(6))});
   }
 
-  // ZBrush keeps colours of vertices in comments: `#MRGB` and up to 64 times eight digits, mask, red, green
+  // ZBrush keeps colors of vertices in comments: `#MRGB` and up to 64 times eight digits, mask, red, green
   // and blue.
   void read_painted() {
     const std::string_view line = rest_of_line();

@@ -24,7 +24,7 @@ struct NameUse {
 
 // What is read beside positions, normals and faces.
 struct ObjExtras {
-  bool colors = false, textures = false;  // colours; textures of materials, which need coordinates
+  bool colors = false, textures = false;  // colors; textures of materials, which need coordinates
   bool keeps_coordinates = false;         // texture coordinates for their own sake
   bool groups = false, objects = false, materials = false;  // what faces belong to
   bool coordinates() const { return textures || keeps_coordinates; }

@@ -207,7 +207,7 @@ void for_each_face(const std::vector<ObjPart>& parts, const std::vector<std::siz
   }
 }
 
-// Colours of vertices, polygons and blocks: a material holds until the next one is named.
+// Colors of vertices, polygons and blocks: a material holds until the next one is named.
 SurfaceColors join_colors(std::vector<ObjPart>& parts, const std::vector<std::size_t>& polygons,
                           const MtlMaterials& materials, ObjExtras extras, CornerCoordinates coordinates,
                           std::span<const CompanionFile> companions, const CancelToken& cancel,
@@ -243,7 +243,7 @@ SurfaceColors join_colors(std::vector<ObjPart>& parts, const std::vector<std::si
   return colors;
 }
 
-// The colours of comments, where there is one for each vertex and no other.
+// The colors of comments, where there is one for each vertex and no other.
 void add_painted_colors(std::vector<ObjPart>& parts, PolygonMesh& mesh) {
   std::vector<float> painted;
   for (ObjPart& part : parts) {

@@ -33,7 +33,7 @@ bool read_keyword(TextCursor& cursor, OffHeader& result, bool& dimensions) {
     if (p == cursor.end) return false;
     switch (*p) {
       case 'C':
-        header.colours = true;
+        header.colors = true;
         break;
       case 'N':
         header.normals = true;
@@ -121,7 +121,7 @@ OffVertexLayout off_vertex_layout(std::string_view content, const OffHeader& hea
   OffVertexLayout layout;
   layout.positions = header.dimensions + (header.homogeneous ? 1 : 0);
   layout.normals = header.normals;
-  layout.rest_of_line = header.colours || header.texture;
+  layout.rest_of_line = header.colors || header.texture;
   TextCursor cursor{content.data() + header.body, content.data() + content.size()};
   if (header.vertices == 0 || !cursor.skip_to_token()) return layout;
   std::vector<double> line;
@@ -129,7 +129,7 @@ OffVertexLayout off_vertex_layout(std::string_view content, const OffHeader& hea
   while (cursor.token_on_line() && cursor.number(value) == Token::ok) line.push_back(value);
   const auto needed = static_cast<std::size_t>(layout.positions + (layout.normals ? 3 : 0));
   if (line.size() <= needed) return layout;
-  if (layout.normals && header.colours) {
+  if (layout.normals && header.colors) {
     const auto is_unit = [&](std::size_t at) {
       return std::abs(portable::hypot(line[at], line[at + 1], line[at + 2]) - 1) < 0.01;
     };
@@ -138,7 +138,7 @@ OffVertexLayout off_vertex_layout(std::string_view content, const OffHeader& hea
     if (!is_unit(usual) && is_unit(last)) layout.before_normal = static_cast<int>(last - usual);
   }
   if (!layout.rest_of_line) {
-    // Colours that are not announced, or vertices that run over line ends: with colours every vertex has a
+    // Colors that are not announced, or vertices that run over line ends: with colors every vertex has a
     // line of its own, so the next vertex lines are whole and there are enough lines.
     std::uint64_t lines = 1;
     bool whole_lines = true;

@@ -10,7 +10,7 @@ namespace meander {
 // [ST] [C] [N] [4] [n] OFF [BINARY], the number of dimensions behind an n, then the counts. Sizes are as the
 // header states them, unchecked but not negative.
 struct OffHeader {
-  bool texture = false, colours = false, normals = false, homogeneous = false, binary = false;
+  bool texture = false, colors = false, normals = false, homogeneous = false, binary = false;
   int dimensions = 3;  // 2: z is 0
   std::uint64_t vertices = 0, faces = 0;
   std::size_t body = 0;  // where the first vertex (binary: where the counts) may begin
@@ -27,9 +27,9 @@ struct OffVertexLayout {
   int positions = 3;          // of the dimensions, and one more with a homogeneous coordinate
   int before_normal = 0;      // numbers between the position and the normal
   bool normals = false;       // three numbers of a normal follow
-  bool rest_of_line = false;  // whatever else stands on the line (colours, texture) is skipped
+  bool rest_of_line = false;  // whatever else stands on the line (colors, texture) is skipped
 };
-// Decided on the first vertex line: colours come with one to four numbers, before or after the normal, and in
+// Decided on the first vertex line: colors come with one to four numbers, before or after the normal, and in
 // the wild without being announced.
 OffVertexLayout off_vertex_layout(std::string_view text, const OffHeader& header);
 

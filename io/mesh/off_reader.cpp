@@ -40,15 +40,15 @@ void make_vertices(PolygonMesh& mesh, std::size_t count, bool normals) {
   if (normals) mesh.normals.resize(3 * count);
 }
 
-// How the colours of the faces of a file are written. Rows may be read at the same time.
+// How the colors of the faces of a file are written. Rows may be read at the same time.
 struct ColorTokens {
   std::atomic<bool> any_real{false};           // one has a point or an exponent
-  std::atomic<std::uint64_t> of_color_map{0};  // faces with the number of an entry in a map of colours
+  std::atomic<std::uint64_t> of_color_map{0};  // faces with the number of an entry in a map of colors
   std::atomic<std::uint64_t> odd{0};           // faces with two numbers, or more than four
 };
 
-// The colour at the end of a row: three numbers, or four with an opacity. Any other count is none, one number
-// being an index into a map of colours. `behind`: numbers that follow the colour.
+// The color at the end of a row: three numbers, or four with an opacity. Any other count is none, one number
+// being an index into a map of colors. `behind`: numbers that follow the color.
 void read_color(TextCursor& cursor, std::size_t behind, float* color, ColorTokens* tokens) {
   std::array<double, 6> values{};
   std::size_t count = 0;
@@ -68,7 +68,7 @@ void read_color(TextCursor& cursor, std::size_t behind, float* color, ColorToken
   for (std::size_t k = 0; k < 3; ++k) color[k] = static_cast<float>(values[k]);
 }
 
-// `faces`: what the numbers of the colours of faces are.
+// `faces`: what the numbers of the colors of faces are.
 void finish_colors(PolygonMesh& mesh, ColorNumbers faces, std::uint64_t of_color_map) {
   mesh.colors.face.resize(3 * mesh.polygon_count(), no_color);
   for (std::vector<float>* const values : {&mesh.colors.vertex, &mesh.colors.face})
@@ -87,7 +87,7 @@ struct OffRows {
   Wanted wanted;
   bool colors = false;            // into mesh.colors, which has room for all of them
   std::size_t behind_color = 0;   // numbers of a texture coordinate
-  ColorTokens* tokens = nullptr;  // of faces, with colours
+  ColorTokens* tokens = nullptr;  // of faces, with colors
   int dimensions = 3;
 
   bool acceptable(std::size_t v) const {
@@ -332,7 +332,7 @@ PolygonMesh read_text(std::string_view content, const OffHeader& header, Wanted 
 constexpr bool is_little_endian = std::endian::native == std::endian::little;
 
 std::size_t words_per_vertex(const OffHeader& header) {
-  return (header.homogeneous ? 4u : 3u) + (header.normals ? 3u : 0u) + (header.colours ? 4u : 0u) +
+  return (header.homogeneous ? 4u : 3u) + (header.normals ? 3u : 0u) + (header.colors ? 4u : 0u) +
          (header.texture ? 2u : 0u);
 }
 
@@ -357,8 +357,8 @@ bool plausible_counts(BinaryOff file, std::size_t words) {
   return vertices >= 0 && faces >= 0 && static_cast<std::size_t>(vertices) <= file.words_left() / words;
 }
 
-// colors: three numbers for each face that stay as they are without a colour, or null. Returns the number of
-// faces whose colour is an entry of a map.
+// colors: three numbers for each face that stay as they are without a color, or null. Returns the number of
+// faces whose color is an entry of a map.
 std::uint64_t read_binary_faces(BinaryOff& file, std::size_t faces, PolygonMesh& mesh, float* colors,
                                 const CancelToken& cancel) {
   std::vector<PolygonPart> parts(1);
@@ -373,14 +373,14 @@ std::uint64_t read_binary_faces(BinaryOff& file, std::size_t faces, PolygonMesh&
     for (std::int32_t c = 0; c < count; ++c)
       part.corners.push_back(text::to_index(file.word<std::int32_t>()));
     part.close_polygon();
-    const auto colours = file.word<std::int32_t>();
-    if (colours < 0 || static_cast<std::size_t>(colours) > file.words_left()) {
+    const auto colors = file.word<std::int32_t>();
+    if (colors < 0 || static_cast<std::size_t>(colors) > file.words_left()) {
       file.at = file.content.size();
       break;
     }
-    of_color_map += colours == 1;
-    const std::size_t next = file.at + 4 * static_cast<std::size_t>(colours);
-    if (colors != nullptr && (colours == 3 || colours == 4))
+    of_color_map += colors == 1;
+    const std::size_t next = file.at + 4 * static_cast<std::size_t>(colors);
+    if (colors != nullptr && (colors == 3 || colors == 4))
       for (std::size_t k = 0; k < 3; ++k) colors[3 * (part.count() - 1) + k] = file.word<float>();
     file.at = next;
   }
@@ -411,7 +411,7 @@ PolygonMesh read_binary(std::string_view content, const OffHeader& header, Wante
   PolygonMesh mesh;
   make_vertices(mesh, vertices, header.normals);
   if (colors) {
-    mesh.colors.vertex.assign(header.colours ? 3 * vertices : 0, no_color);
+    mesh.colors.vertex.assign(header.colors ? 3 * vertices : 0, no_color);
     // A face takes two words.
     mesh.colors.face.assign(3 * (std::min(faces, file.words_left() / 2) + 1), no_color);
   }
@@ -427,8 +427,8 @@ PolygonMesh read_binary(std::string_view content, const OffHeader& header, Wante
       mesh.z[v] /= w;
     }
     for (std::size_t k = 0; header.normals && k < 3; ++k) mesh.normals[3 * v + k] = file.word<float>();
-    const std::size_t next = file.at + 4 * ((header.colours ? 4 : 0) + (header.texture ? 2 : 0));
-    for (std::size_t k = 0; colors && header.colours && k < 3; ++k)
+    const std::size_t next = file.at + 4 * ((header.colors ? 4 : 0) + (header.texture ? 2 : 0));
+    for (std::size_t k = 0; colors && header.colors && k < 3; ++k)
       mesh.colors.vertex[3 * v + k] = file.word<float>();
     file.at = next;
   }
@@ -481,7 +481,7 @@ MeshEstimate peek_off(const MeshPeek& peek) {
   const bool swap = (count(0, is_little_endian) > most_vertices) != is_little_endian;
   const std::uint64_t vertices = std::min(count(0, swap), most_vertices), faces = count(4, swap);
   const std::uint64_t left = words - vertices * words_per_vertex(header);  // words of faces
-  // A face is its length, its corners and the number of its colour components.
+  // A face is its length, its corners and the number of its color components.
   const std::uint64_t corners = left > 2 * faces ? left - 2 * faces : 0;
   // Less than triangles take: the file is cut, and polygons may be larger.
   return {peek.file.bytes(), vertices, left < 5 * faces ? left / 3 + 1 : corners - 2 * faces};

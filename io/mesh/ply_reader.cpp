@@ -25,7 +25,7 @@ using text::Token;
 constexpr double nan_value = std::numeric_limits<double>::quiet_NaN();
 
 // What an element's rows are to a mesh. Only the first element of a name counts.
-// Materials only where colours are asked for.
+// Materials only where colors are asked for.
 enum class Role : std::uint8_t { other, vertices, faces, strips, materials };
 
 class PlyMeshReader {
@@ -199,7 +199,7 @@ class PlyMeshReader {
       textures->face.push_back(is_known ? static_cast<std::uint32_t>(wanted) : no_index);
       unknown += !is_known && wanted >= 0;
       textured += is_known;
-      // The image says all; the colour of a face would be multiplied with it.
+      // The image says all; the color of a face would be multiplied with it.
       if (is_known && !mesh_.colors.face.empty())
         std::fill_n(mesh_.colors.face.begin() + static_cast<std::ptrdiff_t>(3 * p), 3, no_color);
     }

@@ -41,7 +41,7 @@ struct PointCloud {
 // * That line may, instead, be one number: the count of the points, which must be right.
 // * The numbers 4 to 6 are normals when the header calls them nx ny nz. Without a header they are
 //   normals when every three have length 1 within 1 %, are zero or are not finite, and some have length 1;
-//   otherwise they are skipped: they may be colours.
+//   otherwise they are skipped: they may be colors.
 //
 // Stricter than read_mesh, because a point set with a point less is another one: a file that ends too early,
 // data behind the last promised point (where no faces are promised), a coordinate that is not a number and,
@@ -52,7 +52,7 @@ struct PointCloud {
 // Throws ItemError with a sentence (with the line in text, the byte or the point in binary files):
 // unreadable; empty for no point; non_finite for a coordinate that is NaN or infinite; unsupported_format for
 // another extension, columns or types of values that are not understood, and 2^32 - 1 points and more.
-// RunCancelled and bad_alloc pass. Cost: linear in the file; large ascii PLY and OFF files and binary PLY
+// RunCanceled and bad_alloc pass. Cost: linear in the file; large ascii PLY and OFF files and binary PLY
 // files are read in parallel blocks.
 PointCloud read_points(const std::filesystem::path& path, const CancelToken& cancel = {});
 

@@ -12,7 +12,7 @@ namespace meander {
 enum class PointFormat : std::uint8_t { ply, off, xyz };
 
 // PLY: binary little-endian with x y z nx ny nz, face (u v for parametric surfaces), density and, where
-// there are colours, red green blue; OFF:
+// there are colors, red green blue; OFF:
 // vertices only (COFF-free, zero faces); XYZ: one `x y z nx ny nz` a line, shortest round-trip decimals. Of
 // the frame `file` loc and scale are applied, and coordinates are double; of `stored` they are the float32 of
 // the samples. The file says which: `frame file`, or `frame stored loc X Y Z scale S`, as a comment in the

@@ -28,10 +28,10 @@ std::uint32_t stated_facets(std::string_view content) {
 // Programs that write while they compute leave 0 or -1 where the count belongs.
 bool is_unknown(std::uint32_t count) { return count == 0 || count == 0xFFFFFFFFu; }
 
-// Colours of facets in the two bytes that the format leaves for attributes: five bits a channel. Programs of
+// Colors of facets in the two bytes that the format leaves for attributes: five bits a channel. Programs of
 // Materialise (Magics) announce them by `COLOR=` and four bytes, red, green, blue and opacity of the whole,
-// in the header; the top bit is clear where a facet has a colour of its own, red in the lowest bits. VisCAM
-// and SolidView set the top bit of facets with a colour, blue in the lowest bits. Anything else is no colour.
+// in the header; the top bit is clear where a facet has a color of its own, red in the lowest bits. VisCAM
+// and SolidView set the top bit of facets with a color, blue in the lowest bits. Anything else is no color.
 void read_colors(std::string_view content, PolygonMesh& mesh) {
   const std::size_t facets = mesh.polygon_count();
   const auto attribute = [&](std::size_t f) {
@@ -57,7 +57,7 @@ void read_colors(std::string_view content, PolygonMesh& mesh) {
     for (unsigned k = 0; k < 3; ++k) {
       const unsigned shift = 5 * (is_magics ? k : 2 - k);
       const float own = static_cast<float>(value >> shift & 31) / 31;
-      // Where no facet has any attribute, none has a colour of its own.
+      // Where no facet has any attribute, none has a color of its own.
       const bool has_own = is_magics ? !is_marked && (marked > 0 || unmarked > 0) : is_marked;
       if (has_own)
         colors[3 * f + k] = own;
@@ -162,7 +162,7 @@ class AsciiReader {
     cursor_.at = facet == std::string_view::npos ? line_end_ : cursor_.at + facet;
   }
 
-  // Lines between a solid and its first facet: colours of CAE programs, comments.
+  // Lines between a solid and its first facet: colors of CAE programs, comments.
   void skip_header() {
     for (;;) {
       TextCursor ahead = cursor_;

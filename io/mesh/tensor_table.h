@@ -12,7 +12,7 @@ namespace meander {
 // xz yy yz zz) or three (a vector), see make_tensor_field. # begins a comment up to the end of its line;
 // blank lines are skipped. Every row has as many numbers as the first. Numbers that are not finite are read
 // as they are: whether they matter depends on the mesh. Throws ItemError with the line: unreadable (what is
-// not a number, another count), empty (no row at all). RunCancelled and bad_alloc pass. Linear in the file.
+// not a number, another count), empty (no row at all). RunCanceled and bad_alloc pass. Linear in the file.
 TensorTable read_tensor_table(const std::filesystem::path& path, const CancelToken& cancel = {});
 
 }  // namespace meander

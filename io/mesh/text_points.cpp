@@ -157,7 +157,7 @@ void TrailingNormals::add(double x, double y, double z, std::vector<float>& norm
   const bool unit = std::abs(length - 1) <= 0.01;
   any_unit = any_unit || unit;
   if (kind == Kind::unnamed && !unit && std::isfinite(length) && length != 0) {
-    kind = Kind::none;  // other data, for example colours
+    kind = Kind::none;  // other data, for example colors
     normals = {};
     return;
   }

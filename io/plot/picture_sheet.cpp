@@ -11,11 +11,11 @@ namespace meander {
 namespace {
 
 constexpr Rgb caption_color{40, 40, 40}, failure_color{150, 60, 40};
-constexpr std::uint8_t tile_grey = 243;
+constexpr std::uint8_t tile_gray = 243;
 
 void draw_failure(RgbImage& sheet, const std::string& words, std::uint32_t x, std::uint32_t y,
                   const SheetLook& look) {
-  sheet.fill(x, y, look.cell, look.cell, {tile_grey, tile_grey, tile_grey});
+  sheet.fill(x, y, look.cell, look.cell, {tile_gray, tile_gray, tile_gray});
   const TextStyle style{look.text_size, false, failure_color};
   const double line = 1.4 * look.text_size, room = look.cell - 2 * look.text_size;
   const auto most = static_cast<std::size_t>(std::max(1.0, std::floor(0.8 * look.cell / line)));
@@ -23,7 +23,7 @@ void draw_failure(RgbImage& sheet, const std::string& words, std::uint32_t x, st
   double baseline =
       y + 0.5 * look.cell - 0.5 * line * static_cast<double>(lines.size() - 1) + 0.35 * look.text_size;
   for (const std::string& text : lines) {
-    paint_text(sheet, text, x + 0.5 * look.cell, baseline, style, TextAlign::centre);
+    paint_text(sheet, text, x + 0.5 * look.cell, baseline, style, TextAlign::center);
     baseline += line;
   }
 }
@@ -52,11 +52,11 @@ void draw_cell(RgbImage& sheet, const SheetCell& cell, std::uint32_t x, std::uin
   const TextStyle title{look.text_size, false, caption_color};
   const double middle = x + 0.5 * look.cell;
   paint_text(sheet, shortened_at_front(cell.title, look.cell, title), middle,
-             y + look.cell + 1.1 * look.text_size, title, TextAlign::centre);
+             y + look.cell + 1.1 * look.text_size, title, TextAlign::center);
   if (cell.note.empty()) return;
   const TextStyle note{0.85 * look.text_size, false, cell.note_color};
   paint_text(sheet, shortened_at_front(cell.note, look.cell, note), middle,
-             y + look.cell + 2.4 * look.text_size, note, TextAlign::centre);
+             y + look.cell + 2.4 * look.text_size, note, TextAlign::center);
 }
 
 double bar_length(const SheetLook& look) { return 20 * look.text_size; }
@@ -89,7 +89,7 @@ void draw_legend(RgbImage& sheet, const SheetLegend& legend, double top, const S
     }
     return;
   }
-  paint_text(sheet, legend.title, middle, baseline, style, TextAlign::centre);
+  paint_text(sheet, legend.title, middle, baseline, style, TextAlign::center);
   if (!legend.bar) return;
   const double length = bar_length(look), begin = middle - 0.5 * length;
   const auto y = static_cast<std::uint32_t>(baseline + 0.6 * look.text_size);

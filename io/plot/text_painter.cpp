@@ -83,7 +83,7 @@ void paint_text(RgbImage& image, std::string_view text, double x, double baselin
                 TextAlign align) {
   const std::string words = clean(text);
   const double width = painted_width(words, style);
-  const double left = align == TextAlign::left ? x : align == TextAlign::centre ? x - 0.5 * width : x - width;
+  const double left = align == TextAlign::left ? x : align == TextAlign::center ? x - 0.5 * width : x - width;
   // Glyphs may reach beyond their advance, and above and below the em.
   const double margin = style.size;
   const double begin = std::floor(left - margin), top = std::floor(baseline - 2 * margin);

@@ -17,7 +17,7 @@ struct TextStyle {
   Rgb color{60, 60, 60};
 };
 
-enum class TextAlign { left, centre, right };
+enum class TextAlign { left, center, right };
 
 // Pixels from the start of the text to its end.
 double painted_width(std::string_view text, const TextStyle& style);

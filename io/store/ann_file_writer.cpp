@@ -59,7 +59,7 @@ struct AnnFileWriter::State {
 
   PendingFile pending;
   Hdf5File file;
-  Filling train, test, neighbours, distances;
+  Filling train, test, neighbors, distances;
 
   // Runs with the library locked, its errors turned into RunError(unusable): no second start continues.
   template <class Body>
@@ -73,7 +73,7 @@ struct AnnFileWriter::State {
   }
 
   void close_datasets() {
-    for (Filling* const filling : {&train, &test, &neighbours, &distances}) filling->dataset.close();
+    for (Filling* const filling : {&train, &test, &neighbors, &distances}) filling->dataset.close();
   }
 
   ~State() {
@@ -94,7 +94,7 @@ AnnFileWriter::AnnFileWriter(const std::filesystem::path& path, const AnnFileSha
   state.pending.create();  // says what is wrong with the place, if anything
   // Asked before HDF5 holds the file: 1.10 crashes at the end of a process that could not close one.
   const std::uint64_t numbers =
-      (shape.train + shape.test) * shape.width + 2 * shape.test * std::uint64_t{shape.neighbours};
+      (shape.train + shape.test) * shape.width + 2 * shape.test * std::uint64_t{shape.neighbors};
   reserve_space(temporary, sizeof(float) * numbers + overhead_bytes, FullDisk::ends_command);
   state.guarded([&] {
     const Hdf5Properties creation(H5Pcreate(H5P_FILE_CREATE), "make file properties");
@@ -109,8 +109,8 @@ AnnFileWriter::AnnFileWriter(const std::filesystem::path& path, const AnnFileSha
     write_attribute(root.get(), "type", "dense");
     state.train = make_dataset(state.file, "train", H5T_IEEE_F32LE, shape.train, shape.width);
     state.test = make_dataset(state.file, "test", H5T_IEEE_F32LE, shape.test, shape.width);
-    state.neighbours = make_dataset(state.file, "neighbors", H5T_STD_I32LE, shape.test, shape.neighbours);
-    state.distances = make_dataset(state.file, "distances", H5T_IEEE_F32LE, shape.test, shape.neighbours);
+    state.neighbors = make_dataset(state.file, "neighbors", H5T_STD_I32LE, shape.test, shape.neighbors);
+    state.distances = make_dataset(state.file, "distances", H5T_IEEE_F32LE, shape.test, shape.neighbors);
   });
 }
 
@@ -124,17 +124,17 @@ void AnnFileWriter::append_test(std::span<const float> vectors) {
   state_->guarded([&] { append(state_->test, vectors.data(), vectors.size()); });
 }
 
-void AnnFileWriter::append_neighbours(std::span<const std::int32_t> positions,
-                                      std::span<const float> distances) {
+void AnnFileWriter::append_neighbors(std::span<const std::int32_t> positions,
+                                     std::span<const float> distances) {
   state_->guarded([&] {
-    append(state_->neighbours, positions.data(), positions.size());
+    append(state_->neighbors, positions.data(), positions.size());
     append(state_->distances, distances.data(), distances.size());
   });
 }
 
 void AnnFileWriter::finish() {
   State& state = *state_;
-  for (const Filling* const filling : {&state.train, &state.test, &state.neighbours, &state.distances})
+  for (const Filling* const filling : {&state.train, &state.test, &state.neighbors, &state.distances})
     if (filling->filled != filling->rows)
       throw ItemError(Status::internal, "a dataset of " + state.pending.path().string() + " was not filled");
   state.guarded([&] {

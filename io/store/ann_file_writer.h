@@ -1,4 +1,4 @@
-// Vectors with known nearest neighbours as the HDF5 file of ANN-benchmarks (Aumueller, Bernhardsson and
+// Vectors with known nearest neighbors as the HDF5 file of ANN-benchmarks (Aumueller, Bernhardsson and
 // Faithfull 2020): datasets train, test, neighbors, distances; attribute distance.
 #pragma once
 
@@ -13,7 +13,7 @@ namespace meander {
 struct AnnFileShape {
   std::uint64_t train = 0, test = 0;  // rows
   std::uint32_t width = 0;            // values of a vector
-  std::uint32_t neighbours = 0;       // of a test vector
+  std::uint32_t neighbors = 0;        // of a test vector
 };
 
 // Takes the file piece by piece, every part in the order of its rows. The file gets its name in finish(),
@@ -29,8 +29,8 @@ class AnnFileWriter {
 
   void append_train(std::span<const float> vectors);
   void append_test(std::span<const float> vectors);
-  // Positions in train and their distances, nearest first, `neighbours` of each test vector.
-  void append_neighbours(std::span<const std::int32_t> positions, std::span<const float> distances);
+  // Positions in train and their distances, nearest first, `neighbors` of each test vector.
+  void append_neighbors(std::span<const std::int32_t> positions, std::span<const float> distances);
   void finish();  // once, after everything was appended
 
  private:

@@ -48,7 +48,7 @@ void unshuffle(std::span<const std::byte> in, std::size_t element_size, std::byt
 // True when coding the bytes one by one could not save a sixteenth of them: their collision entropy, which is
 // a lower bound of Shannon's, is above 7.5 bits. Exact in integers, so that it decides alike everywhere.
 bool hardly_compressible(std::span<const std::byte> bytes) {
-  std::array<std::array<std::uint32_t, 256>, 4> counts{};  // four, so that equal neighbours do not wait
+  std::array<std::array<std::uint32_t, 256>, 4> counts{};  // four, so that equal neighbors do not wait
   for (std::size_t i = 0; i < bytes.size(); ++i) ++counts[i % 4][std::to_integer<std::size_t>(bytes[i])];
   std::uint64_t pairs = 0;  // equal bytes at two different places, ordered
   for (std::size_t value = 0; value < 256; ++value) {

@@ -269,7 +269,7 @@ PointnetCounts export_pointnet(const StoreReader& store, const fs::path& folder,
     if (store.report(row).status != Status::ok) continue;
     const std::int32_t label = store.label(row);
     if (label < 0)
-      ++counts.unlabelled;
+      ++counts.unlabeled;
     else
       part_of(store.split(row), parts).add(row, label, shard_rows);
   }

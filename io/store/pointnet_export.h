@@ -18,7 +18,7 @@ namespace meander {
 // earlier export that are not written again are removed. Returns the rows of each part. Throws RunError:
 // unusable when no row is left or there are more than 256 classes, stopped when `stop` was set on the way.
 struct PointnetCounts {
-  std::uint64_t train = 0, test = 0, validation = 0, unlabelled = 0;
+  std::uint64_t train = 0, test = 0, validation = 0, unlabeled = 0;
 };
 PointnetCounts export_pointnet(const StoreReader& store, const std::filesystem::path& folder,
                                std::uint32_t shard_rows = 2048, const std::atomic<bool>* stop = nullptr,

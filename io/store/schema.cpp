@@ -220,7 +220,7 @@ std::string_view content_name(const StoreColumns& columns) {
     if (plain.columns.rows == columns.rows && plain.columns.tensors == columns.tensors &&
         plain.columns.has(&Samples::rgb) == columns.has(&Samples::rgb))
       return plain.name;
-  throw ItemError(Status::internal, "surfaces have neither tensors nor colours");
+  throw ItemError(Status::internal, "surfaces have neither tensors nor colors");
 }
 
 std::optional<StoreColumns> columns_of_content(std::string_view name) {

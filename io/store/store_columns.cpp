@@ -41,7 +41,7 @@ bool StoreColumns::has(const ItemColumn& column) const {
 
 bool StoreColumns::are_chosen() const {
   ColumnSet chosen = asked;
-  chosen[&Samples::rgb] = false;  // the root attribute `content` names colours
+  chosen[&Samples::rgb] = false;  // the root attribute `content` names colors
   return !chosen.empty() || !left_out.empty() || !attributes.empty();
 }
 

@@ -78,7 +78,7 @@ class RowChecker {
     if (spec.type == ElementType::i32)
       return check_class_ranges(spec, numbers_of<std::int32_t>(values), report_,
                                 [this](const std::string& what) { complain("{} {}", name_, what); });
-    if (spec.type != ElementType::u32) return;  // every byte is a colour
+    if (spec.type != ElementType::u32) return;  // every byte is a color
     const std::vector<std::uint32_t> numbers = numbers_of<std::uint32_t>(values);
     const Values values_are = spec.column == nullptr ? Values::any : spec.column->values;
     if (values_are == Values::faces) check_below(spec, numbers, report_.faces);

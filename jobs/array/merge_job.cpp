@@ -104,7 +104,7 @@ int merge_array(const std::string& store, const MergeOptions& merging, const Lab
     }
   outcome.done_now = array.rows;
   merge_run_array(store, array, pack_rows_of(merging, plan.header), [&] {
-    outcome.summary = summarise(StoreReader(store, StoreCheck::none), true);
+    outcome.summary = summarize(StoreReader(store, StoreCheck::none), true);
     write_run_report(options, outcome);
     write_failed_list(options, outcome.summary, [&](std::uint64_t row) {
       const auto path = paths.find(row);
@@ -148,7 +148,7 @@ class StoreMerge {
     directory.finish([&] {
       const StoreReader store(options_.output, StoreCheck::none);
       options = options_of(options_.output, store, options_);
-      outcome.summary = summarise(store, true);
+      outcome.summary = summarize(store, true);
       write_reports(options, outcome);
     });
     note_builds(outcome.builds);
@@ -231,7 +231,7 @@ int merge(const MergeOptions& options, const Laboratory* laboratory) {
       if (!options.json) fmt::print("{} is merged already\n", store);
       const StoreReader reader(store, StoreCheck::none);
       RunOutcome outcome;
-      outcome.summary = summarise(reader, false);
+      outcome.summary = summarize(reader, false);
       print_summary(outcome, options_of(store, reader, options));
       return outcome.exit_code();
     }

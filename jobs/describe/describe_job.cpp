@@ -316,7 +316,7 @@ class DescribeJob {
       const std::lock_guard lock(store_error_mutex_);
       if (!store_error_) store_error_ = std::current_exception();
       *stop_ = true;
-      throw RunCancelled();
+      throw RunCanceled();
     }
   }
 

@@ -168,7 +168,7 @@ GraphStages stages_with_points(const Describer& describer, const StoreReader& st
                                                 std::chrono::duration<double>(describer.timeout_seconds));
              try {
                describe(describer.points.describe, item);
-             } catch (const RunCancelled&) {
+             } catch (const RunCanceled&) {
                throw;
              } catch (...) {
                failed(item, current_failure("describe_shape"));

@@ -288,7 +288,7 @@ bool export_webdataset(const StoreReader& store, const std::vector<std::uint64_t
                        const WebdatasetExport& wanted, const std::atomic<bool>& stop) {
   const std::vector<fs::path> earlier = webdataset_files(wanted);
   std::map<Split, ShardFiles> files;
-  std::uint64_t unlabelled = 0;
+  std::uint64_t unlabeled = 0;
   for (const std::uint64_t number : rows) {
     if (stop) return false;
     const Row row = store.read_row(number);
@@ -300,7 +300,7 @@ bool export_webdataset(const StoreReader& store, const std::vector<std::uint64_t
     if (const std::int32_t label = store.label(number); label >= 0)
       members.emplace_back(key + ".cls", std::to_string(label));
     else
-      ++unlabelled;
+      ++unlabeled;
     members.emplace_back(key + ".json", json_of(store, number, wanted.frame, row));
     const Split split = store.split(number);
     files.try_emplace(split, wanted.folder, wanted.stem, split, wanted.most_bytes).first->second.add(members);
@@ -316,7 +316,7 @@ bool export_webdataset(const StoreReader& store, const std::vector<std::uint64_t
     if (std::find(written.begin(), written.end(), file.filename().string()) == written.end())
       fs::remove(file, error);
   fmt::print("{} models in {} shards in {}\n", rows.size(), written.size(), wanted.folder.string());
-  if (unlabelled > 0) fmt::print("{} models without a class have no .cls\n", unlabelled);
+  if (unlabeled > 0) fmt::print("{} models without a class have no .cls\n", unlabeled);
   return true;
 }
 

@@ -16,7 +16,7 @@ namespace meander {
 class Command;
 
 struct ArrayExport {
-  std::vector<std::string> arrays;  // names; empty: points, normals and, of a store with colours, rgb, as far
+  std::vector<std::string> arrays;  // names; empty: points, normals and, of a store with colors, rgb, as far
                                     // as there are such
   std::string shard_bytes = "256M";
   bool shapes_shards = false;  // --shard-bytes was given

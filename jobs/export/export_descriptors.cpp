@@ -227,9 +227,9 @@ void write_ann(const StoreReader& store, const DescribedRows& table, const Descr
   if (queries >= rows)
     throw UsageError(fmt::format("{} queries of {} rows leave none to search", queries, rows));
   const std::size_t train = rows - queries;
-  if (options.wants_neighbours && options.neighbours > train)
+  if (options.wants_neighbors && options.neighbors > train)
     throw UsageError(fmt::format("--neighbors: there are {} rows to search", train));
-  const std::size_t count = std::min<std::size_t>(options.neighbours, train);
+  const std::size_t count = std::min<std::size_t>(options.neighbors, train);
   const DistanceKind kind = options.distance == "l2" ? DistanceKind::l2 : DistanceKind::cosine;
   const std::vector<std::uint8_t> test = split(rows, queries);
 
@@ -273,7 +273,7 @@ void write_ann(const StoreReader& store, const DescribedRows& table, const Descr
         distances[q * count + k] = to[static_cast<std::size_t>(order[k])];
       }
     });
-    file.append_neighbours(positions, distances);
+    file.append_neighbors(positions, distances);
   }
   write_ids(store, table, test, ids);
   file.finish();
@@ -300,11 +300,11 @@ void add_descriptor_export_options(const Command& whole, DescriptorExport& optio
       .on_given(given)
       .excludes(share);
   command
-      .add_option("--neighbors", options.neighbours,
+      .add_option("--neighbors", options.neighbors,
                   "ann-hdf5: exact neighbors per query (at most the number of rows searched)")
       .show_default()
       .range(1, 1000000)
-      .on_given([&options] { options.shapes_split = options.wants_neighbours = true; });
+      .on_given([&options] { options.shapes_split = options.wants_neighbors = true; });
   command.add_option("--distance", options.distance, "ann-hdf5: l2 (euclidean) or cosine (angular)")
       .show_default()
       .one_of({"l2", "cosine"})

@@ -18,13 +18,13 @@ struct DescriptorExport {
   std::string output;
   Existing existing = Existing::keep;  // of the file and of its list
   std::vector<std::uint64_t> rows;     // those asked for; empty: all
-  // ann-hdf5: how many rows are queries, by their number or their share, and how many neighbours each has.
+  // ann-hdf5: how many rows are queries, by their number or their share, and how many neighbors each has.
   double test_share = 0.1;
   std::uint64_t queries = 0;  // 0: by the share
-  std::uint32_t neighbours = 100;
+  std::uint32_t neighbors = 100;
   std::string distance = "l2";
-  bool shapes_split = false;      // any of the four was given
-  bool wants_neighbours = false;  // --neighbors was given
+  bool shapes_split = false;     // any of the four was given
+  bool wants_neighbors = false;  // --neighbors was given
 };
 
 void add_descriptor_export_options(const Command& command, DescriptorExport& options);

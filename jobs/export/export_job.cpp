@@ -229,7 +229,7 @@ int export_shards(const StoreReader& store, const ExportOptions& options, Output
   unfinished.end();
   fmt::print("PointNet shards in {}: {} rows for training, {} for tests, {} for validation\n", options.output,
              counts.train, counts.test, counts.validation);
-  if (counts.unlabelled > 0) fmt::print("{} rows without a class were left out\n", counts.unlabelled);
+  if (counts.unlabeled > 0) fmt::print("{} rows without a class were left out\n", counts.unlabeled);
   return exit_done;
 }
 

@@ -22,7 +22,7 @@ namespace meander {
 
 namespace {
 
-constexpr std::size_t shown_neighbours = 8;
+constexpr std::size_t shown_neighbors = 8;
 
 // Six significant digits are what a reader looks at.
 double six_digits(double value) {
@@ -128,7 +128,7 @@ class PageFacts {
   // After the last model.
   const std::string& finish() {
     json_.end_array();
-    write_neighbours();
+    write_neighbors();
     json_.end_object();
     return json_.text();
   }
@@ -366,13 +366,13 @@ class PageFacts {
   }
 
   // For every histogram a list for every model of the page: position, distance, position, distance ...
-  void write_neighbours() {
+  void write_neighbors() {
     json_.key("near");
     json_.begin_array();
     for (const PageHistogram& histogram : histograms_) {
       std::vector<NearRow> near;
       const std::size_t count = histogram.position.size();
-      const std::size_t each = count < 2 ? 0 : std::min(shown_neighbours, count - 1);
+      const std::size_t each = count < 2 ? 0 : std::min(shown_neighbors, count - 1);
       if (each > 0) {
         const DescriptorBlock block{histogram.values, histogram.schema.width};
         near = nearest_rows_of_all(make_descriptor_base(std::span(&block, 1), DistanceKind::l1), each);

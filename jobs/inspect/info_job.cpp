@@ -247,7 +247,7 @@ int info(const InfoOptions& options) {
   warn_of_unfinished_run(options.store);
   const StoreReader store(options.store, options.check);
   if (!options.item.empty()) return show_item(store, options);
-  const StoreSummary summary = summarise(store, !options.failed && options.check == StoreCheck::every_byte);
+  const StoreSummary summary = summarize(store, !options.failed && options.check == StoreCheck::every_byte);
   if (options.failed) {
     for (const StoreSummary::FailedRow& failure : summary.failures)
       fmt::print("{}: {}: {}\n", failure.id, name_of(failure.status), failure.reason);

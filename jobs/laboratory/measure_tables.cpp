@@ -222,7 +222,7 @@ Table measure_integral(PointSets& sets, MeasuredSurfaces& surfaces, const Measur
     std::vector<double> counts, errors;
     for (end = begin; end < groups.size() && groups[end].integrand == groups[begin].integrand; ++end) {
       const Errors& g = groups[end];
-      const ErrorSummary summary = summarise_errors(g.errors);
+      const ErrorSummary summary = summarize_errors(g.errors);
       table.rows.push_back(
           {g.integrand, g.points, g.errors.size(), summary.rms, TableCell(), summary.largest});
       if (g.errors.size() > 1) table.rows.back()[4] = summary.standard_deviation;

@@ -61,10 +61,10 @@ RgbImage ViewedModel::draw(const ViewDetail& kept, const SplatView& view, const 
     areas[i] /= static_cast<float>(std::clamp(kept.share * weight, 1e-6, 1.0));
   }
   const std::vector<float> all_axes = splat_half_axes(row_, areas, sizes);
-  std::vector<float> centres, normals, directions, half_axes;
+  std::vector<float> centers, normals, directions, half_axes;
   for (const std::uint32_t i : kept.kept) {
     for (std::size_t k = 3 * std::size_t{i}; k < 3 * std::size_t{i} + 3; ++k) {
-      centres.push_back(samples.points[k]);
+      centers.push_back(samples.points[k]);
       normals.push_back(samples.normals[k]);
       if (!samples.tensor_direction.empty()) directions.push_back(samples.tensor_direction[k]);
     }
@@ -77,7 +77,7 @@ RgbImage ViewedModel::draw(const ViewDetail& kept, const SplatView& view, const 
     colors = own;
   }
   limit_overlap(half_axes, view);
-  return draw_splats({centres, normals, directions, half_axes, colors}, view,
+  return draw_splats({centers, normals, directions, half_axes, colors}, view,
                      {.backs = parameters_.both_sides})
       .image;
 }

@@ -11,14 +11,14 @@
 
 namespace meander {
 
-// A thread that runs work(cancelled).
+// A thread that runs work(canceled).
 class BackgroundWork {
  public:
   template <class Work>
   explicit BackgroundWork(Work work)
       : thread_([this, work = std::move(work)] {
           try {
-            work(cancelled_);
+            work(canceled_);
           } catch (...) {
             error_ = std::current_exception();
           }
@@ -28,7 +28,7 @@ class BackgroundWork {
         }) {}
   // Cancels what has not ended.
   ~BackgroundWork() {
-    cancelled_ = true;
+    canceled_ = true;
     thread_.join();
   }
   BackgroundWork(const BackgroundWork&) = delete;
@@ -45,7 +45,7 @@ class BackgroundWork {
   }
 
  private:
-  std::atomic<bool> cancelled_{false};
+  std::atomic<bool> canceled_{false};
   std::mutex mutex_;
   std::condition_variable changed_;
   bool ended_ = false;

@@ -25,7 +25,7 @@ const char* meander_about(void);
  * "system"; "memory"; "internal". */
 const char* meander_error(void);
 
-/* Work that still runs is cancelled and waited for. NULL is let pass. */
+/* Work that still runs is canceled and waited for. NULL is let pass. */
 void meander_release(meander_object* object);
 
 /* What samples meshes. options: a JSON object of the options of `meander.sample` (see sample_options.h).

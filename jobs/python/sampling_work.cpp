@@ -27,7 +27,7 @@ bool is_long_work(const ModelSampler& sampler, const PolygonMesh& mesh) {
 }
 
 void sample_all(const ModelSampler& sampler, SampleQueue& queue, std::size_t tokens,
-                std::optional<double> timeout, const std::atomic<bool>& cancelled) {
+                std::optional<double> timeout, const std::atomic<bool>& canceled) {
   using oneapi::tbb::filter_mode;
   using Held = std::shared_ptr<SampleQueue::Entry>;
   oneapi::tbb::parallel_pipeline(
@@ -35,7 +35,7 @@ void sample_all(const ModelSampler& sampler, SampleQueue& queue, std::size_t tok
       oneapi::tbb::make_filter<void, Held>(filter_mode::serial_in_order,
                                            [&](oneapi::tbb::flow_control& control) -> Held {
                                              auto entry = queue.take();
-                                             if (!entry || cancelled) {
+                                             if (!entry || canceled) {
                                                control.stop();
                                                return nullptr;
                                              }
@@ -43,7 +43,7 @@ void sample_all(const ModelSampler& sampler, SampleQueue& queue, std::size_t tok
                                            }) &
           oneapi::tbb::make_filter<Held, void>(filter_mode::parallel, [&](const Held& entry) {
             ContentMesh& mesh = *entry->mesh;
-            Row row = sampler.sample(std::move(mesh.mesh), mesh.content, token_of(&cancelled, timeout));
+            Row row = sampler.sample(std::move(mesh.mesh), mesh.content, token_of(&canceled, timeout));
             mesh.mesh = {};
             queue.put({entry->index, mesh.content, std::move(row), sampler.parameters().attributes});
           }));
@@ -51,9 +51,9 @@ void sample_all(const ModelSampler& sampler, SampleQueue& queue, std::size_t tok
 
 }  // namespace
 
-CancelToken token_of(const std::atomic<bool>* cancelled, std::optional<double> timeout) {
+CancelToken token_of(const std::atomic<bool>* canceled, std::optional<double> timeout) {
   CancelToken token;
-  token.cancelled = cancelled;
+  token.canceled = canceled;
   if (timeout)
     token.deadline =
         std::chrono::steady_clock::now() + std::chrono::duration_cast<std::chrono::steady_clock::duration>(
@@ -84,15 +84,15 @@ void SamplingWork::sample(SharedSampler sampler, SharedMesh mesh, const WorkLimi
   begin();
   const bool is_long = is_long_work(*sampler, mesh->mesh);
   auto work = [this, sampler = std::move(sampler), mesh = std::move(mesh), limits,
-               keep_mesh](const std::atomic<bool>* cancelled) {
+               keep_mesh](const std::atomic<bool>* canceled) {
     with_threads(limits.threads, [&] {
       PolygonMesh polygons = keep_mesh ? mesh->mesh : std::move(mesh->mesh);
-      Row row = sampler->sample(std::move(polygons), mesh->content, token_of(cancelled, limits.timeout));
+      Row row = sampler->sample(std::move(polygons), mesh->content, token_of(canceled, limits.timeout));
       queue_.put({0, mesh->content, std::move(row), sampler->parameters().attributes});
     });
   };
   if (is_long)
-    background_.emplace([work = std::move(work)](const std::atomic<bool>& cancelled) { work(&cancelled); });
+    background_.emplace([work = std::move(work)](const std::atomic<bool>& canceled) { work(&canceled); });
   else
     work(nullptr);
 }
@@ -101,14 +101,14 @@ void SamplingWork::sample_surface(const std::string& name, const SurfaceSamplePa
                                   const WorkLimits& limits) {
   begin();
   check_surface_name(name);
-  background_.emplace([this, name, parameters, limits](const std::atomic<bool>& cancelled) {
+  background_.emplace([this, name, parameters, limits](const std::atomic<bool>& canceled) {
     with_threads(limits.threads, [&] {
       Content content{};
       Row row = row_or_failure("sample_surface", [&] {
         const SurfaceSource source = open_surface(name);
         content = source.content_sha256;
         return surface_row(*source.surface, meander::sample_surface(*source.surface, parameters,
-                                                                    token_of(&cancelled, limits.timeout)));
+                                                                    token_of(&canceled, limits.timeout)));
       });
       queue_.put({0, content, std::move(row)});
     });
@@ -132,9 +132,8 @@ void SamplingWork::sample_many(SharedSampler sampler, const WorkLimits& limits) 
   const auto slots = static_cast<std::size_t>(limits.threads > 0 ? limits.threads
                                                                  : oneapi::tbb::info::default_concurrency());
   queue_.set_room(2 * slots);
-  background_.emplace([this, sampler = std::move(sampler), limits,
-                       slots](const std::atomic<bool>& cancelled) {
-    with_threads(limits.threads, [&] { sample_all(*sampler, queue_, slots + 1, limits.timeout, cancelled); });
+  background_.emplace([this, sampler = std::move(sampler), limits, slots](const std::atomic<bool>& canceled) {
+    with_threads(limits.threads, [&] { sample_all(*sampler, queue_, slots + 1, limits.timeout, canceled); });
   });
 }
 

@@ -27,7 +27,7 @@ struct WorkLimits {
   std::optional<double> timeout;
 };
 
-CancelToken token_of(const std::atomic<bool>* cancelled, std::optional<double> timeout);
+CancelToken token_of(const std::atomic<bool>* canceled, std::optional<double> timeout);
 // Calls work() in as many threads; all that there are for 0.
 void with_threads(int threads, const std::function<void()>& work);
 

@@ -1,4 +1,4 @@
-// Colours, attributes and texture coordinates of the vertices of a remeshed model.
+// Colors, attributes and texture coordinates of the vertices of a remeshed model.
 #pragma once
 
 #include <cstdint>

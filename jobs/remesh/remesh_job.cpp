@@ -159,7 +159,7 @@ class RemeshJob {
     }
   }
 
-  // An item that crashed would do so again, and take its neighbours with it.
+  // An item that crashed would do so again, and take its neighbors with it.
   bool is_current(std::size_t item, const RemeshRecord& record) const {
     const bool made =
         record.status == Status::ok && record.file == names_[item] && fs::is_regular_file(target(item));
@@ -275,7 +275,7 @@ class RemeshJob {
       if (!output_error_) output_error_ = std::current_exception();
     }
     *stop_ = true;
-    throw RunCancelled();
+    throw RunCanceled();
   }
 
   // False when it was stopped.

@@ -95,7 +95,7 @@ std::string remesh_message(const RemeshReport& report, const std::string& lacks)
     add("nearly all triangles are near each other: not all of them were compared, and those that cross "
         "may not be parted");
   if (!lacks.empty())
-    add(fmt::format("the model has no {} at some or all vertices: colours are light grey there, numbers NaN",
+    add(fmt::format("the model has no {} at some or all vertices: colors are light gray there, numbers NaN",
                     lacks));
   return message;
 }

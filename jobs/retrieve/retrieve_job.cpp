@@ -140,7 +140,7 @@ RetrievalSummary evaluate_base(const RetrievalBase& base, const RetrievalTask& t
   const std::vector<QueryScores> queries =
       score_queries(base, task, 0, task.rows(), file ? &*file : nullptr, nearest);
   if (file) file->commit();
-  return summarise(task, queries, with_confusion);
+  return summarize(task, queries, with_confusion);
 }
 
 // Writes which row of the store each line of the matrix is.
@@ -255,12 +255,12 @@ void add_descriptors(const EvaluateOptions& options, const StoreReader& store, c
     const std::string distance = misfit(schema, options.kind()).empty() ? options.distance : "l1";
     if (schema.name == setting) continue;
     try {
-      const RetrievalBase base = load_labelled_base(store,
-                                                    {.descriptor = schema.name,
-                                                     .distance = value_of(distance_words, distance),
-                                                     .memory = parse_bytes(options.memory)},
-                                                    options.classes);
-      const RetrievalTask task = labelled_task(base, options.psb_compat);
+      const RetrievalBase base = load_labeled_base(store,
+                                                   {.descriptor = schema.name,
+                                                    .distance = value_of(distance_words, distance),
+                                                    .memory = parse_bytes(options.memory)},
+                                                   options.classes);
+      const RetrievalTask task = labeled_task(base, options.psb_compat);
       add_setting(page, distance, base, evaluate_base(base, task, {}, false), milliseconds);
     } catch (const UsageError& error) {  // too few rows have it: the page says so
       page.notes.push_back(fmt::format("{}: {}.", schema.name, error.what()));
@@ -312,11 +312,11 @@ int evaluate(const EvaluateOptions& options, const Laboratory* laboratory) {
   check_parts(options);
   check_outputs(options);
   const StoreReader store(options.store, options.check);
-  const RetrievalBase base = load_labelled_base(
+  const RetrievalBase base = load_labeled_base(
       store,
       {.descriptor = options.descriptor, .distance = options.kind(), .memory = parse_bytes(options.memory)},
       options.classes);
-  const RetrievalTask task = labelled_task(base, options.psb_compat);
+  const RetrievalTask task = labeled_task(base, options.psb_compat);
   if (!options.scores_file.empty()) return write_part(options, base, task);
   const bool draws_confusion = !options.confusion.empty(), makes_page = !options.html.empty();
   if (draws_confusion && base.classes.size() > max_drawn_classes)
@@ -327,7 +327,7 @@ int evaluate(const EvaluateOptions& options, const Laboratory* laboratory) {
   const RetrievalSummary summary =
       options.score_files.empty()
           ? evaluate_base(base, task, options.matrix, with_confusion, nearest)
-          : summarise(task,
+          : summarize(task,
                       read_scores(options.score_files,
                                   origin_of_scores(options.store, base, options.distance, options.psb_compat),
                                   base.classes.size()),
@@ -366,7 +366,7 @@ void add_score_columns(std::vector<TableColumn>& columns) {
 
 void add_scores(std::vector<TableCell>& cells, const RetrievalScores& s) {
   cells.insert(cells.end(),
-               {s.nearest_neighbour, s.first_tier, s.second_tier, s.e_measure, s.dcg, s.average_precision});
+               {s.nearest_neighbor, s.first_tier, s.second_tier, s.e_measure, s.dcg, s.average_precision});
 }
 
 JobFunction add_retrieve_job(Command& program, const Laboratory* laboratory) {

@@ -25,7 +25,7 @@ namespace meander {
 namespace {
 
 constexpr Word<SettingCriterion> criterion_words[] = {{"nn+ft", SettingCriterion::nearest_and_first_tier},
-                                                      {"nn", SettingCriterion::nearest_neighbour},
+                                                      {"nn", SettingCriterion::nearest_neighbor},
                                                       {"ft", SettingCriterion::first_tier},
                                                       {"st", SettingCriterion::second_tier},
                                                       {"e", SettingCriterion::e_measure},
@@ -250,14 +250,14 @@ std::vector<DistanceTrial> tried_distances(const SelectOptions& options, const S
       continue;
     }
     base = {};
-    base = load_labelled_base(store,
-                              {.descriptor = blocks.text(),
-                               .distance = kind,
-                               .memory = parse_bytes(options.memory),
-                               .held = (fitting.size() + scored_at_once) * setting_bytes,
-                               .also_described = joined(all)},
-                              options.classes);
-    task = labelled_task(base, options.psb_compat);
+    base = load_labeled_base(store,
+                             {.descriptor = blocks.text(),
+                              .distance = kind,
+                              .memory = parse_bytes(options.memory),
+                              .held = (fitting.size() + scored_at_once) * setting_bytes,
+                              .also_described = joined(all)},
+                             options.classes);
+    task = labeled_task(base, options.psb_compat);
     if (std::count(task.scored.begin(), task.scored.end(), 1) < 2)
       throw UsageError(
           "leaving one class out needs two classes with enough models to be scored: there is one");
@@ -331,7 +331,7 @@ class LearntChoice {
 
 // Scores all combinations of the options with all their distances, and searches weights if they ask for it.
 // Fills in the rows and classes of the base and the task. Throws UsageError and RunError. Memory: one base at
-// a time, see load_labelled_base.
+// a time, see load_labeled_base.
 Selection selection_of(const SelectOptions& options, const StoreReader& store, RetrievalBase& base,
                        RetrievalTask& task) {
   const Combinations combinations = options.descriptors.empty() ? all_combinations(store, options.most)

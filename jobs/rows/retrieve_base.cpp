@@ -348,8 +348,8 @@ void search_store(const StoreReader& store, RetrievalBase& base, NearestSearch& 
   require_rows(!base.rows.empty());
 }
 
-RetrievalBase load_labelled_base(const StoreReader& store, const BaseRequest& request,
-                                 const std::string& classification) {
+RetrievalBase load_labeled_base(const StoreReader& store, const BaseRequest& request,
+                                const std::string& classification) {
   layout_of(store, request);  // mistakes in names are reported before those in classes
   std::vector<std::uint64_t> rows;
   std::vector<std::uint32_t> labels;
@@ -391,7 +391,7 @@ RetrievalBase load_labelled_base(const StoreReader& store, const BaseRequest& re
   return result;
 }
 
-RetrievalTask labelled_task(const RetrievalBase& base, bool psb_compat) {
+RetrievalTask labeled_task(const RetrievalBase& base, bool psb_compat) {
   RetrievalTask task =
       make_retrieval_task(base.labels, base.classes.size(), psb_compat, miscellaneous(base.classes));
   if (std::count(task.scored.begin(), task.scored.end(), 1) == 0)

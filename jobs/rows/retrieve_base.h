@@ -74,11 +74,11 @@ void search_store(const StoreReader& store, RetrievalBase& base, NearestSearch& 
 // A base in memory, of rows of known class only: those of the store's labels, in its order, or of a .cla
 // file, in the order of that file (whose models are found by id, file name, or file name without its
 // extension, each with or without `m` in front). Throws UsageError also when there are no labels.
-RetrievalBase load_labelled_base(const StoreReader& store, const BaseRequest& request,
-                                 const std::string& classification);
+RetrievalBase load_labeled_base(const StoreReader& store, const BaseRequest& request,
+                                const std::string& classification);
 
-// The rules of scoring a labelled base. Throws UsageError when no class can be scored.
-RetrievalTask labelled_task(const RetrievalBase& base, bool psb_compat);
+// The rules of scoring a labeled base. Throws UsageError when no class can be scored.
+RetrievalTask labeled_task(const RetrievalBase& base, bool psb_compat);
 const char* rules_text(bool psb_compat);
 
 // A row as a query. values: of all descriptors, one after the other. Empty where one of them could not be

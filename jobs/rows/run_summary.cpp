@@ -170,7 +170,7 @@ void print_nodes(const std::vector<NodeStatistics>& nodes) {
 
 }  // namespace
 
-StoreSummary summarise(const StoreReader& store, bool count_descriptors) {
+StoreSummary summarize(const StoreReader& store, bool count_descriptors) {
   StoreSummary summary;
   summary.rows = store.rows();
   summary.has_colors = store.columns().has(&Samples::rgb);

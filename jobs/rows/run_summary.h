@@ -34,7 +34,7 @@ struct StoreSummary {
   std::array<Tally, note_count> by_note;
   bool has_colors = false;
   std::array<std::uint64_t, color_source_names.size()>
-      by_color_source{};              // of ok rows of a store with colours
+      by_color_source{};              // of ok rows of a store with colors
   std::uint64_t rows_with_fills = 0;  // of those
   // Attributes and texture coordinates, as users name them, with the ok rows that lack them at one sample or
   // more.
@@ -56,7 +56,7 @@ struct StoreSummary {
 using NearAttributes = std::function<std::vector<std::string>(const std::string& name)>;
 
 // Reads the items of the store, and its descriptors where those that are lacking are to be counted.
-StoreSummary summarise(const StoreReader& store, bool count_descriptors);
+StoreSummary summarize(const StoreReader& store, bool count_descriptors);
 
 class JsonWriter;
 // A line for each kind of repair and of note that there is, and the members "repairs" and "notes".

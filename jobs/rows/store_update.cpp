@@ -104,9 +104,9 @@ StoreComparison compare_with_inputs(const StoreReader& store, const std::vector<
       continue;
     }
     common.emplace_back(row, item);
-    compared.relabelled |= label_name(store.label_names(), store.label(row)) !=
-                               label_name(header.label_names, header.labels[item]) ||
-                           store.split(row) != header.split(item);
+    compared.relabeled |= label_name(store.label_names(), store.label(row)) !=
+                              label_name(header.label_names, header.labels[item]) ||
+                          store.split(row) != header.split(item);
     ++item;
   }
   while (item < items.size()) compared.added.push_back(item++);

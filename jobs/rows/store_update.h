@@ -20,7 +20,7 @@ struct StoreComparison {
   std::vector<std::uint64_t> added;     // positions in the list of inputs: items that the store lacks
   std::vector<std::uint64_t> changed;   // rows whose input has other bytes than were sampled
   std::vector<std::uint64_t> vanished;  // rows without an input
-  bool relabelled = false;              // a label, a split or the list of classes differs
+  bool relabeled = false;               // a label, a split or the list of classes differs
 };
 
 // Compares by id. A file counts as changed when its size differs, or when it was modified at or after `since`

@@ -256,7 +256,7 @@ class RunJob {
 
   void write_reports(const PlannedStore& planned) {
     made_store_ = std::make_unique<StoreReader>(options_.store, StoreCheck::none);
-    outcome_.summary = summarise(*made_store_, true);
+    outcome_.summary = summarize(*made_store_, true);
     outcome_.root = inputs_.root;
     outcome_.inputs_read_since_unix_ns = std::chrono::nanoseconds(known_since_->time_since_epoch()).count();
     write_run_report(options_, outcome_);
@@ -287,7 +287,7 @@ class RunJob {
       const auto since = known_since_.value_or(inputs_read_since(options_.store));
       const StoreComparison compared = compare_with_inputs(store, inputs_.items, header_, since);
       const bool has_more_to_do =
-          unfinished || !compared.added.empty() || compared.relabelled || !words_of(retry_).empty();
+          unfinished || !compared.added.empty() || compared.relabeled || !words_of(retry_).empty();
       if (!has_more_to_do) return report(store, compared);
       const RetryOptions retry = unfinished ? *retry_of(*unfinished) : retry_;
       const PlannedStore planned =
@@ -307,14 +307,14 @@ class RunJob {
 
   static bool is_up_to_date(const PlannedStore& planned, const StoreReader& store,
                             const StoreComparison& compared) {
-    return planned.kept.size() == store.rows() && !compared.relabelled &&
+    return planned.kept.size() == store.rows() && !compared.relabeled &&
            std::all_of(planned.kept.begin(), planned.kept.end(),
                        [](const auto& row) { return row.has_value(); });
   }
 
   int report(const StoreReader& store, const StoreComparison& compared) {
     if (!made_) {
-      outcome_.summary = summarise(store, false);
+      outcome_.summary = summarize(store, false);
       tidy_store(options_.store);
     }
     outcome_.inputs = inputs_.notes;

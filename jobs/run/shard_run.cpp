@@ -135,7 +135,7 @@ class ShardRun {
     }
     ShardReport report;
     const auto write_report = [&](StoreCheck check) {
-      report = report_of(rows(), summarise(StoreReader(options_.store, check), false).failed());
+      report = report_of(rows(), summarize(StoreReader(options_.store, check), false).failed());
       report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
       report.threads = options_.threads;
       report.ended_unix_time = std::time(nullptr);

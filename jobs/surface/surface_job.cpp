@@ -120,14 +120,14 @@ SurfaceRun sample_one(const std::string& argument, const SurfaceOptions& options
   try {
     const SurfaceSource source = open_surface(argument, options.height_field);
     run.row.report.content_sha256 = source.content_sha256;
-    SurfaceSamples samples = sample_surface(*source.surface, options.sample, {.cancelled = &stop});
+    SurfaceSamples samples = sample_surface(*source.surface, options.sample, {.canceled = &stop});
     run.patches = samples.patches;
     run.leaves = samples.leaves;
     run.unresolved_patches = samples.unresolved_patches;
     run.bound_violations = samples.bound_violations;
     run.row = surface_row(*source.surface, std::move(samples));
     run.row.report.content_sha256 = source.content_sha256;
-  } catch (const RunCancelled&) {
+  } catch (const RunCanceled&) {
     throw;
   } catch (...) {
     Failure failure = current_failure("sample_surface");
@@ -225,7 +225,7 @@ bool sample_rows(const SurfaceOptions& options, const StoreHeader& header, const
         at_once, tbb::make_filter<void, std::uint64_t>(filter_mode::serial_in_order, next_row) &
                      tbb::make_filter<std::uint64_t, std::uint64_t>(filter_mode::parallel, sample) &
                      tbb::make_filter<std::uint64_t, void>(filter_mode::serial_out_of_order, write));
-  } catch (const RunCancelled&) {
+  } catch (const RunCanceled&) {
     return false;
   }
   return true;

@@ -23,7 +23,7 @@ constexpr std::uint32_t words_per_draw = 6;  // counters that one draw of a box 
 using Corner = std::array<double, 3>;  // coordinates in the frame of a box
 
 Corner to_box(const RotatedBox& box, Vector3 p) {
-  const Vector3 offset = p - box.centre;
+  const Vector3 offset = p - box.center;
   return {dot(box.axes[0], offset), dot(box.axes[1], offset), dot(box.axes[2], offset)};
 }
 
@@ -171,10 +171,10 @@ RotatedBox draw_box(const AreaTree& surface, const BoxParameters& parameters, Ra
   }
   RotatedBox box;
   box.axes = rotation_from_uniform(u[0], u[1], u[2]);
-  box.centre = surface.point_at(u[3], {u[4], u[5]});
+  box.center = surface.point_at(u[3], {u[4], u[5]});
   for (std::size_t k = 0; k < 3; ++k) {
     box.half[k] = surface.diagonal() * (parameters.half_size_min + parameters.half_size_span * u[6 + k]);
-    box.centre = box.centre + ((u[9 + k] - 0.5) * box.half[k]) * box.axes[k];
+    box.center = box.center + ((u[9 + k] - 0.5) * box.half[k]) * box.axes[k];
   }
   return box;
 }

@@ -13,7 +13,7 @@ namespace meander {
 
 // A rotated box: |axis_k . (p - center)| <= half[k]; the axes are orthonormal.
 struct RotatedBox {
-  Vector3 centre;
+  Vector3 center;
   std::array<Vector3, 3> axes;
   std::array<double, 3> half{};
   double share = 0;  // of the surface's measure inside the box, exact

@@ -7,7 +7,7 @@
 
 namespace meander {
 
-// Q(a, x) = Gamma(a, x) / Gamma(a), the regularised upper incomplete gamma function; a > 0, x >= 0. Relative
+// Q(a, x) = Gamma(a, x) / Gamma(a), the regularized upper incomplete gamma function; a > 0, x >= 0. Relative
 // error about 1e-12 while a <= 1e6. Series for x < a + 1, else Lentz's continued fraction (Abramowitz and
 // Stegun 1964, 6.5.29 and 6.5.31; Press et al. 2007, "Numerical Recipes", 6.2). O(sqrt(a) + 30). Pure.
 // Throws std::invalid_argument outside the ranges.

@@ -92,17 +92,17 @@ std::vector<CurveChain> curve_chains(const PreparedMesh& mesh, const FlatChart& 
     chain.position.push_back(at);
     chain.along.push_back(along);
   };
-  const auto centre = [&](std::size_t i) {
+  const auto center = [&](std::size_t i) {
     return std::array<double, 2>{tree.u[i] + 0.5 * tree.side[i], tree.v[i] + 0.5 * tree.side[i]};
   };
   for (std::size_t i = 0; i + 1 < tree.leaf_count(); ++i) {
-    const std::array<double, 2> a = centre(i), b = centre(i + 1);
+    const std::array<double, 2> a = center(i), b = center(i + 1);
     for (std::uint32_t s = 0; s < steps; ++s) {
       const double t = static_cast<double>(s) / steps;
       visit(a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1]), static_cast<double>(i) + t);
     }
   }
-  const std::array<double, 2> last = centre(tree.leaf_count() - 1);
+  const std::array<double, 2> last = center(tree.leaf_count() - 1);
   visit(last[0], last[1], static_cast<double>(tree.leaf_count() - 1));
   close();
   return chains;

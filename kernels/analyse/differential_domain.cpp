@@ -230,9 +230,9 @@ std::vector<double> normalized_differences(const DifferenceMap& map, const Diffe
   return ratio;
 }
 
-RadialProfile radial_differences(const DifferenceMap& map, std::span<const double> normalised, double width) {
+RadialProfile radial_differences(const DifferenceMap& map, std::span<const double> normalized, double width) {
   require(width >= 1, "radial_differences: rings are at least one cell wide");
-  return radial_profile(normalised, map.side(), 0, width);
+  return radial_profile(normalized, map.side(), 0, width);
 }
 
 }  // namespace meander

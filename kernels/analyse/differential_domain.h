@@ -151,7 +151,7 @@ std::vector<double> normalized_differences(const DifferenceMap& map, const Diffe
 // map.cell() for units of mean spacing. Values of cells closer than the kernel are correlated and the
 // number of pairs decides the noise, so the anisotropy of white noise is that of a reference, not -10 log10
 // K.
-RadialProfile radial_differences(const DifferenceMap& map, std::span<const double> normalised,
+RadialProfile radial_differences(const DifferenceMap& map, std::span<const double> normalized,
                                  double width = 1);
 
 }  // namespace meander

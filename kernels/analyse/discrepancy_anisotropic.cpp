@@ -41,25 +41,25 @@ double error_of(const PointIndex<2>& points, std::size_t inside, double area) {
 }
 
 double disk_error(const PointIndex<2>& points, ShapeNumbers numbers) {
-  const Point centre = numbers.next_in_window();
-  const double most = rim - std::hypot(centre[0] - middle[0], centre[1] - middle[1]);
+  const Point center = numbers.next_in_window();
+  const double most = rim - std::hypot(center[0] - middle[0], center[1] - middle[1]);
   const double radius = std::max(0.0, most) * numbers.next().first;
-  return error_of(points, count_in_disk(points, centre, radius), std::numbers::pi * radius * radius);
+  return error_of(points, count_in_disk(points, center, radius), std::numbers::pi * radius * radius);
 }
 
 double box_error(const PointIndex<2>& points, ShapeNumbers numbers) {
   // About one draw in eight fits; that 10^4 fail does not happen.
   for (int tries = 0; tries < 10000; ++tries) {
-    const Point centre = numbers.next_in_window();
+    const Point center = numbers.next_in_window();
     const UnitPair sides = numbers.next();
     const double angle = 0.5 * std::numbers::pi * numbers.next().first;
     const Point along = {std::cos(angle), std::sin(angle)}, across = {-along[1], along[0]};
     const double half_along = rim * sides.first, half_across = rim * sides.second;
-    const double u = along[0] * (centre[0] - middle[0]) + along[1] * (centre[1] - middle[1]);
-    const double v = across[0] * (centre[0] - middle[0]) + across[1] * (centre[1] - middle[1]);
+    const double u = along[0] * (center[0] - middle[0]) + along[1] * (center[1] - middle[1]);
+    const double v = across[0] * (center[0] - middle[0]) + across[1] * (center[1] - middle[1]);
     if (std::hypot(std::abs(u) + half_along, std::abs(v) + half_across) > rim) continue;
-    const double at_along = along[0] * centre[0] + along[1] * centre[1];
-    const double at_across = across[0] * centre[0] + across[1] * centre[1];
+    const double at_along = along[0] * center[0] + along[1] * center[1];
+    const double at_across = across[0] * center[0] + across[1] * center[1];
     const std::array<HalfSpace<2>, 4> shape = {{{along, half_along + at_along},
                                                 {{-along[0], -along[1]}, half_along - at_along},
                                                 {across, half_across + at_across},
@@ -124,12 +124,12 @@ AnisotropicDiscrepancy anisotropic_discrepancy(std::span<const double> x, std::s
     const UnitPair at = windows == 1 ? UnitPair{0.5, 0.5} : random_pair(key, Stream::metric_window, w);
     const double along_a = radius * reach_a + (1 - 2 * radius * reach_a) * at.first;
     const double along_b = radius * reach_b + (1 - 2 * radius * reach_b) * at.second;
-    const Point centre = {origin[0] + along_a * a[0] + along_b * b[0],
+    const Point center = {origin[0] + along_a * a[0] + along_b * b[0],
                           origin[1] + along_a * a[1] + along_b * b[1]};
     u.clear();
     v.clear();
     for (std::size_t i = 0; i < x.size(); ++i) {
-      const double dx = (x[i] - centre[0]) / radius, dy = (y[i] - centre[1]) / radius;
+      const double dx = (x[i] - center[0]) / radius, dy = (y[i] - center[1]) / radius;
       const double pulled_x = inverse.xx * dx + inverse.xy * dy, pulled_y = inverse.xy * dx + inverse.yy * dy;
       if (pulled_x * pulled_x + pulled_y * pulled_y > 1) continue;
       u.push_back(middle[0] + rim * pulled_x);

@@ -70,14 +70,14 @@ double area_in_square(Corners corners) {
 }
 
 // Rectangle with half-sides `half` along a unit vector and its left normal.
-double rectangle_error(const PointIndex<2>& points, Point centre, Point along, Point half) {
+double rectangle_error(const PointIndex<2>& points, Point center, Point along, Point half) {
   const Point across = {-along[1], along[0]};
   Corners corners;
   for (const auto& [s, t] : {Point{-1, -1}, Point{1, -1}, Point{1, 1}, Point{-1, 1}})
-    corners.push_back({centre[0] + s * half[0] * along[0] + t * half[1] * across[0],
-                       centre[1] + s * half[0] * along[1] + t * half[1] * across[1]});
-  const double u = along[0] * centre[0] + along[1] * centre[1];
-  const double v = across[0] * centre[0] + across[1] * centre[1];
+    corners.push_back({center[0] + s * half[0] * along[0] + t * half[1] * across[0],
+                       center[1] + s * half[0] * along[1] + t * half[1] * across[1]});
+  const double u = along[0] * center[0] + along[1] * center[1];
+  const double v = across[0] * center[0] + across[1] * center[1];
   const std::array<HalfSpace<2>, 4> sides = {{{along, half[0] + u},
                                               {{-along[0], -along[1]}, half[0] - u},
                                               {across, half[1] + v},

@@ -1,4 +1,4 @@
-// Generalised discrepancies in the unit square (docs/METHODS.md 13.2): quarter circles exactly; triangles,
+// Generalized discrepancies in the unit square (docs/METHODS.md 13.2): quarter circles exactly; triangles,
 // rotated boxes, boxes under a density and rectangles in a metric over random shapes.
 #pragma once
 

@@ -17,7 +17,7 @@ namespace meander {
 //
 // Cost: windows are neither trimmed nor merged, so O(V^2) and more at worst; sources run in parallel (see
 // tests and bench for times). Throws std::invalid_argument for sources as HeatGeodesics does, and for
-// a source on a component with a triangle of no area; timeout / RunCancelled. Deterministic for every thread
+// a source on a component with a triangle of no area; timeout / RunCanceled. Deterministic for every thread
 // count.
 void exact_geodesics(const PreparedMesh& mesh, PointsOnMesh sources, std::span<double> distance,
                      const CancelToken& cancel = {});

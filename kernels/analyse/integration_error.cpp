@@ -103,8 +103,8 @@ double mean_estimate(std::span<const double> values, std::span<const double> den
   return sum / weights;
 }
 
-ErrorSummary summarise_errors(std::span<const double> errors) {
-  if (errors.empty()) throw std::invalid_argument("summarise_errors: no errors");
+ErrorSummary summarize_errors(std::span<const double> errors) {
+  if (errors.empty()) throw std::invalid_argument("summarize_errors: no errors");
   const auto count = static_cast<double>(errors.size());
   double squares = 0, sum = 0;
   ErrorSummary summary;

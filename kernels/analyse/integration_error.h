@@ -34,10 +34,10 @@ struct ErrorSummary {
   double standard_deviation = 0;  // about their mean; 0 for one error
 };
 // Summarizes one or more signed errors.
-ErrorSummary summarise_errors(std::span<const double> errors);
+ErrorSummary summarize_errors(std::span<const double> errors);
 
 // Test functions on [0, 1]^2 with their integrals in closed form. All are smooth or piecewise constant and
-// none is periodic or symmetric, so that no method is favoured by its grid.
+// none is periodic or symmetric, so that no method is favored by its grid.
 struct Integrand {
   std::string_view name;
   double (*value)(double x, double y);

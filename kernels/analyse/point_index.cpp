@@ -138,14 +138,14 @@ std::size_t count_points(const PointIndex<D>& points, std::span<const HalfSpace<
 
 struct DiskCounter {
   const PointIndex<2>& points;
-  std::array<double, 2> centre;
+  std::array<double, 2> center;
   double radius;
 
   std::size_t count(std::size_t level, std::size_t node) const {
     const double* box = points.levels[level].data() + 4 * node;
     double nearest = 0, farthest = 0;  // squared distances of the box
     for (std::size_t k = 0; k < 2; ++k) {
-      const double d = std::abs(box[k] - centre[k]);
+      const double d = std::abs(box[k] - center[k]);
       const double low = std::max(0.0, d - box[2 + k] - margin), high = d + box[2 + k] + margin;
       nearest += low * low;
       farthest += high * high;
@@ -166,7 +166,7 @@ struct DiskCounter {
     if (inside) return end - begin;
     std::size_t sum = 0;
     for (std::size_t i = begin; i < end; ++i) {
-      const double dx = points.at[0][i] - centre[0], dy = points.at[1][i] - centre[1];
+      const double dx = points.at[0][i] - center[0], dy = points.at[1][i] - center[1];
       sum += dx * dx + dy * dy <= radius * radius;
     }
     return sum;
@@ -192,9 +192,9 @@ std::size_t count_inside(const PointIndex<3>& points, std::span<const HalfSpace<
   return count_points<3>(points, shape);
 }
 
-std::size_t count_in_disk(const PointIndex<2>& points, const std::array<double, 2>& centre, double radius) {
+std::size_t count_in_disk(const PointIndex<2>& points, const std::array<double, 2>& center, double radius) {
   if (points.count() == 0) return 0;
-  return DiskCounter{points, centre, radius}.count(points.levels.size() - 1, 0);
+  return DiskCounter{points, center, radius}.count(points.levels.size() - 1, 0);
 }
 
 }  // namespace meander

@@ -49,6 +49,6 @@ std::size_t count_inside(const PointIndex<2>& points, std::span<const HalfSpace<
 std::size_t count_inside(const PointIndex<3>& points, std::span<const HalfSpace<3>> shape);
 
 // Points of the plane at most `radius` from the center: those with dx * dx + dy * dy <= radius * radius.
-std::size_t count_in_disk(const PointIndex<2>& points, const std::array<double, 2>& centre, double radius);
+std::size_t count_in_disk(const PointIndex<2>& points, const std::array<double, 2>& center, double radius);
 
 }  // namespace meander

@@ -16,7 +16,7 @@ enum class Overlap : std::uint8_t { outside, inside, partial };
 // The position of a node: `inside` and `outside` are certain, `partial` may be either. node: six doubles of
 // BoundsTree.
 inline Overlap overlap_of(const double* node, const RotatedBox& box) {
-  const Vector3 offset = Vector3{node[0], node[1], node[2]} - box.centre;
+  const Vector3 offset = Vector3{node[0], node[1], node[2]} - box.center;
   bool inside = true;
   for (std::size_t k = 0; k < 3; ++k) {
     const Vector3& axis = box.axes[k];

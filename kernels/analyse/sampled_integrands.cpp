@@ -36,7 +36,7 @@ std::vector<SampledIntegrand> mesh_integrands(const PreparedMesh& mesh, std::spa
   RotatedBox half;
   half.axes = {normal, across, cross(normal, across)};
   half.half = {8, 8, 8};
-  half.centre = 8.0 * normal;
+  half.center = 8.0 * normal;
   side.mean = area_in_box(mesh.x, mesh.y, mesh.z, mesh.triangles, half) / mesh.total_area;
   for (std::size_t i = 0; i < points.size(); i += 3) {
     const Vector3 p{points[i], points[i + 1], points[i + 2]};

@@ -15,12 +15,12 @@ namespace meander {
 
 // p = center + unit * w; unit is a power of two.
 struct UnitFrame {
-  Vector3 centre;
+  Vector3 center;
   double unit = 1;
   double diagonal = 0;  // of the bounding box, units of p
 
-  Vector3 to_unit(Vector3 p) const { return (1 / unit) * (p - centre); }
-  Vector3 from_unit(Vector3 w) const { return centre + unit * w; }
+  Vector3 to_unit(Vector3 p) const { return (1 / unit) * (p - center); }
+  Vector3 from_unit(Vector3 w) const { return center + unit * w; }
 };
 
 // The frame of all corners of the triangles. Throws std::invalid_argument without triangles, for vertex
@@ -41,7 +41,7 @@ inline UnitFrame unit_frame(std::span<const double> x, std::span<const double> y
     high = {std::max(high.x, x[v]), std::max(high.y, y[v]), std::max(high.z, z[v])};
   }
   UnitFrame frame;
-  frame.centre = 0.5 * (low + high);
+  frame.center = 0.5 * (low + high);
   const Vector3 size = high - low;
   const double longest = std::max({size.x, size.y, size.z});
   // Half of the longest side is below 2^exponent.

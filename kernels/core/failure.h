@@ -15,7 +15,7 @@ struct Failure {
 };
 
 // Maps the exception being handled: ItemError to its own status and sentence, std::bad_alloc to
-// out_of_memory, anything else to internal with the name of `stage`. Call it in a catch clause. RunCancelled
+// out_of_memory, anything else to internal with the name of `stage`. Call it in a catch clause. RunCanceled
 // is not a failure of the item and must be caught before.
 Failure current_failure(std::string_view stage);
 

@@ -70,7 +70,7 @@ int curve_depth(CurveKind kind, int hilbert_levels);
 // mass is positive. u, v: UV centroids of the triangles in [0, 1]; mass: their masses >= 0; uv_area: their UV
 // areas, or empty where every mass is a point mass. A triangle larger than a leaf counts with the leaf's
 // share of its mass only, so that the centroid of a large triangle does not force deep leaves. Throws timeout
-// / RunCancelled from `cancel`. O(T + L log T) time, O(T + nodes) memory.
+// / RunCanceled from `cancel`. O(T + L log T) time, O(T + nodes) memory.
 CurveTree build_curve_tree(std::span<const double> u, std::span<const double> v, std::span<const double> mass,
                            std::span<const double> uv_area, double leaf_mass, int min_depth,
                            const CurveParameters& parameters, const CancelToken& cancel = {});

@@ -35,7 +35,7 @@ struct CutChart {
 // when the component is closed or its rim is shorter than pi r. A closed surface of genus 0 first gets a path
 // between two far vertices, which counts as two seams. Postconditions, checked (ItemError(internal) when
 // broken): connected, V - E + F = 1, exactly one boundary loop of at least three edges, every vertex fan a
-// half-disk or disk. Deterministic; throws timeout / RunCancelled from `cancel`. O(T log T).
+// half-disk or disk. Deterministic; throws timeout / RunCanceled from `cancel`. O(T log T).
 CutChart cut_to_disk(const MeasuredMesh& surface, const Component& component, const CutParameters& parameters,
                      const CancelToken& cancel = {});
 

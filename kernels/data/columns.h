@@ -107,7 +107,7 @@ inline constexpr auto sample_columns = [] {
        "anisotropic samples only: wanted spacings along and across the direction", H::tensors, V::positive},
       {"rgb", &S::rgb, 3, "1 / 255", "with --colors only: red, green and blue as displayed (sRGB)", H::taken,
        V::any, "red green blue", "", "", 0, "colors",
-       "Take over the colours of the models (/rgb): of vertices, faces, materials or textures"},
+       "Take over the colors of the models (/rgb): of vertices, faces, materials or textures"},
       {"texcoord", &S::texcoord, 2, "1",
        "with --texcoord only: texture coordinates as the file has them, NaN where there are none", H::taken,
        V::optional, "", "", "", 0, "texcoord", "Take over the texture coordinates of the models (/texcoord)",
@@ -176,7 +176,7 @@ using ItemMember =
                  Status ItemReport::*, Method ItemReport::*, OrderReason ItemReport::*,
                  ColorSource ItemReport::*, std::string ItemReport::*>;
 
-// Which stores have a column of items: all; those whose samples have colours, columns with optional values,
+// Which stores have a column of items: all; those whose samples have colors, columns with optional values,
 // or classes with names.
 enum class ItemHaving : std::uint8_t { all, colors, optional_values, names };
 
@@ -240,12 +240,12 @@ inline constexpr auto item_columns = [] {
       {"items/content_sha256", &R::content_sha256, "1", "SHA-256 of the bytes of the input", info},
       {"items/points_crc32c", &R::points_crc32c, "1",
        "CRC32C of the row of /points (little-endian); 0 unless ok"},
-      {"items/color_source", &R::color_source, "", "with --colors only: where the colours come from",
+      {"items/color_source", &R::color_source, "", "with --colors only: where the colors come from",
        everywhere, 0, 1, colors},
       {"items/color_fills", &R::color_fills, "1",
-       "with --colors only: samples without a colour, which have the fill 204", everywhere, 0, 1, colors},
+       "with --colors only: samples without a color, which have the fill 204", everywhere, 0, 1, colors},
       {"items/color_sha256", &R::color_sha256, "1",
-       "with --colors only: SHA-256 of the digests of the files read for colours alone; zeros: none", nowhere,
+       "with --colors only: SHA-256 of the digests of the files read for colors alone; zeros: none", nowhere,
        0, 1, colors},
       {"items/lacks", &R::lacks, "1",
        "with --attribute or --texcoord: bit i: column i (attribute `names`) has no value at one sample or "

@@ -18,7 +18,7 @@ enum class Split : std::uint8_t { none = 0, train = 1, test = 2, validation = 3 
 inline constexpr std::array<std::string_view, 4> split_names = {"none", "train", "test", "validation"};
 constexpr std::string_view name_of(Split split) { return split_names[static_cast<std::size_t>(split)]; }
 
-// Where the colours of the samples of a model come from; of several sources the largest. The numbers are part
+// Where the colors of the samples of a model come from; of several sources the largest. The numbers are part
 // of the store format.
 enum class ColorSource : std::uint8_t { none = 0, material = 1, face = 2, vertex = 3, texture = 4 };
 inline constexpr std::array<std::string_view, 5> color_source_names = {"none", "material", "face", "vertex",
@@ -68,9 +68,9 @@ struct ItemReport : SampleReport {
   std::string note_text;                          // and what they say (text_of)
   std::uint64_t file_bytes = 0;                   // length of the input; 0 when it was not read
   std::array<std::uint8_t, 32> content_sha256{};
-  ColorSource color_source = ColorSource::none;  // this and the next two: of samples with colours only
-  std::uint32_t color_fills = 0;                 // samples without a colour, which have the fill
-  std::array<std::uint8_t, 32> color_sha256{};   // of the files read for colours alone; zeros: none
+  ColorSource color_source = ColorSource::none;  // this and the next two: of samples with colors only
+  std::uint32_t color_fills = 0;                 // samples without a color, which have the fill
+  std::array<std::uint8_t, 32> color_sha256{};   // of the files read for colors alone; zeros: none
   // Bit i: the i-th of the columns asked for, attributes and then texture coordinates, has no value at one
   // sample or more, which have NaN there, in columns of classes no_sample_class.
   std::uint32_t lacks = 0;

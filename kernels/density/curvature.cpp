@@ -33,7 +33,7 @@ CornerShare corner_share(Vector3 p, Vector3 q, Vector3 r, double area) {
   return share;
 }
 
-// Mean over the neighbours that had a value before this round.
+// Mean over the neighbors that had a value before this round.
 void fill_unknown(const PreparedMesh& mesh, const VertexCorners& around, std::vector<std::uint8_t>& known,
                   VertexCurvature& curvature) {
   std::vector<std::uint32_t> unknown;
@@ -98,7 +98,7 @@ VertexCurvature vertex_curvature(const PreparedMesh& mesh, const CancelToken& ca
   std::vector<std::uint8_t> known(vertices, 0);
 
   const double least_area = least_area_share * mesh.total_area / std::max(1.0, static_cast<double>(vertices));
-  const double rounding = 0x1p-24 * (1 + norm(centre_in_units(mesh)));
+  const double rounding = 0x1p-24 * (1 + norm(center_in_units(mesh)));
   parallel_blocks(vertices, vertex_block, [&](std::size_t begin, std::size_t end) {
     for (std::size_t v = begin; v < end; ++v) {
       double angles = 0, area = 0;

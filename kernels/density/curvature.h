@@ -29,9 +29,9 @@ struct VertexCurvature {
 // - curvature within the rounding error of float32 coordinates counts as zero: an area gradient
 //   of at most 8 r, r = 2^-24 of the largest coordinate, or an angle defect that such a displacement
 //   explains;
-// - boundary vertices, and vertices without area, take the mean of their neighbours that have a value: the
-//   interior ones first, then round by round (at most 64) inwards from those; 0 where no neighbour has one.
-// O(T). Deterministic for every thread count. Throws timeout / RunCancelled.
+// - boundary vertices, and vertices without area, take the mean of their neighbors that have a value: the
+//   interior ones first, then round by round (at most 64) inwards from those; 0 where no neighbor has one.
+// O(T). Deterministic for every thread count. Throws timeout / RunCanceled.
 VertexCurvature vertex_curvature(const PreparedMesh& mesh, const CancelToken& cancel = {});
 
 }  // namespace meander

@@ -84,7 +84,7 @@ struct DensityForm : Word<DensityKind> {
                   const CancelToken& cancel);
   std::string DensityParameters::*text_member = nullptr;
   bool is_shaped = false;       // by floor and exponent
-  bool needs_topology = false;  // neighbours of triangles
+  bool needs_topology = false;  // neighbors of triangles
   bool reads_textures = false;  // the images of a model, which its reader must then keep
 };
 // In the order of the enum: a new density is a maker and a row of density.cpp.

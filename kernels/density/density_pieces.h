@@ -30,7 +30,7 @@ using PieceValues = std::function<void(std::size_t t, std::span<const std::array
 // or as many fewer on all triangles alike as most_density_pieces allows. A piece has the mean over 1 value
 // (pieces of up to half a pixel), 4 (up to four pixels) or 8 at the centroids of its parts. Uniform where no
 // triangle has pixels. O(T + pieces). Deterministic for every thread count.
-// Throws what `values` throws for the first triangle that it throws for, RunCancelled, timeout.
+// Throws what `values` throws for the first triangle that it throws for, RunCanceled, timeout.
 Density density_in_pieces(const PreparedMesh& mesh, std::span<const std::uint8_t> level,
                           const PieceValues& values, const CancelToken& cancel);
 

@@ -84,7 +84,7 @@ std::array<double, 3> MeshVariables::at_corners(std::size_t variable, std::size_
   for (std::size_t c = 0; c < 3; ++c) {
     if (variable < 3)
       corner[c] =
-          (axis_of(mesh_.centre + mesh_.unit * mesh_.position(v[c]), variable) - origin_[variable]) / length_;
+          (axis_of(mesh_.center + mesh_.unit * mesh_.position(v[c]), variable) - origin_[variable]) / length_;
     else if (variable < 8)
       corner[c] = curvature(variable == 7, v[c]);
     else

@@ -12,7 +12,7 @@ namespace meander {
 // It is constant on pieces of the triangles (density_in_pieces), whose pixels are those of the images.
 //
 // A mesh without any such texture is uniform (an empty Density). O(T + pieces). Deterministic for every
-// thread count. Throws RunCancelled, timeout.
+// thread count. Throws RunCanceled, timeout.
 Density make_texture_density(const PolygonMesh& file, const PreparedMesh& mesh,
                              const DensityParameters& parameters, const CancelToken& cancel = {});
 

@@ -29,7 +29,7 @@ inline constexpr std::size_t depth_view_values = 522;
 // A rasterizer of our own draws 128 x 128 pixels in double precision, instead of Embree: every triangle is
 // visited once for two views, no tree is built, and the bits are the same on every processor. Surfaces of so
 // many layers that the pixels of a view would exceed 2^26 are drawn with fewer pixels, 16 x 16 at least. O(T
-// + pixels). Deterministic. Throws ItemError(zero_area) without area, and timeout / RunCancelled from
+// + pixels). Deterministic. Throws ItemError(zero_area) without area, and timeout / RunCanceled from
 // `cancel`.
 std::vector<float> depth_views(const PreparedMesh& mesh, const CancelToken& cancel = {});
 

@@ -277,7 +277,7 @@ constexpr bool makes_row(Descriptor descriptor, std::string_view name) {
 
 // Finds the working triangle of every sample that was read back from a store: the triangle of its polygon
 // that has its corners, in either winding. Throws std::invalid_argument when a sample's polygon is not in the
-// mesh, RunCancelled and ItemError(timeout) from `cancel`. O(T + N), with a factor log K for polygons of K >
+// mesh, RunCanceled and ItemError(timeout) from `cancel`. O(T + N), with a factor log K for polygons of K >
 // 16 triangles.
 std::vector<std::uint32_t> sample_triangles(const PolygonMesh& file, const PreparedMesh& mesh,
                                             const Samples& samples, const CancelToken& cancel = {});

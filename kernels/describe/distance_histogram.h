@@ -49,7 +49,7 @@ struct DistanceHistogram {
 // units of 2^-23 of the power of two above the box's longest side), counts are integers: nothing depends on
 // instructions, threads or order. O(n^2), parallel; bench/describe_bench.cpp measures it. Throws
 // std::invalid_argument for fewer than two points, numbers that are not finite, bins or range out of range,
-// or instructions that the processor does not have; RunCancelled and ItemError(timeout) from `cancel`.
+// or instructions that the processor does not have; RunCanceled and ItemError(timeout) from `cancel`.
 DistanceHistogram distance_histogram(std::span<const float> points,
                                      const DistanceHistogramParameters& parameters = {},
                                      const CancelToken& cancel = {});

@@ -87,7 +87,7 @@ class HeatGeodesics {
   // Factorizes (in parallel) the components that have one of the working triangles in `sources`, or all when
   // it is empty; sources may lie on these alone. The mesh must outlive the object. Throws
   // std::invalid_argument for a parameter out of range, ItemError(internal) when a component cannot be
-  // factorized, timeout / RunCancelled.
+  // factorized, timeout / RunCanceled.
   explicit HeatGeodesics(const PreparedMesh& mesh, const HeatGeodesicsParameters& parameters = {},
                          const CancelToken& cancel = {}, std::span<const std::uint32_t> sources = {});
   ~HeatGeodesics();
@@ -96,7 +96,7 @@ class HeatGeodesics {
 
   // S x W: distance[s W + w] from source s to working vertex w. Batches of geodesic_batch sources of one
   // component, geodesic_lanes of them in parallel. Throws std::invalid_argument as check_points_on_mesh, when
-  // the span does not fit, and for a source on a component without a factor; timeout / RunCancelled.
+  // the span does not fit, and for a source on a component without a factor; timeout / RunCanceled.
   void to_vertices(PointsOnMesh sources, std::span<double> distance, const CancelToken& cancel = {}) const;
 
   // S x N: distance[s N + n] from source s to target n. Throws as to_vertices.

@@ -32,7 +32,7 @@ class SpectrumNotFound : public std::runtime_error {
 //
 // The triangles should be those of make_intrinsic_delaunay, the lengths mollified. O(V^1.5 + count V) time.
 // Deterministic. Throws SpectrumNotFound when the iterations do not converge, ItemError(internal) when the
-// matrix cannot be factorized, and timeout / RunCancelled from `cancel`.
+// matrix cannot be factorized, and timeout / RunCanceled from `cancel`.
 std::vector<double> laplacian_spectrum(const IntrinsicSurface& surface, std::size_t count,
                                        const CancelToken& cancel = {});
 

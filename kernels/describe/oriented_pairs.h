@@ -55,7 +55,7 @@ struct OrientedPairHistogram {
 // function of the C library in the loop, counts are integers. Any permutation, instruction set and number of
 // threads gives the same bytes. O(n^2), parallel; bench/describe_bench.cpp measures it. Throws
 // std::invalid_argument for fewer than two points, lengths that differ, numbers that are not finite, or
-// instructions that the processor does not have; RunCancelled and ItemError(timeout) from `cancel`.
+// instructions that the processor does not have; RunCanceled and ItemError(timeout) from `cancel`.
 OrientedPairHistogram oriented_pair_histogram(std::span<const float> points, std::span<const float> normals,
                                               const OrientedPairParameters& parameters = {},
                                               const CancelToken& cancel = {});

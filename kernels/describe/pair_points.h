@@ -97,7 +97,7 @@ inline std::size_t rows_per_task(std::size_t n) {
 }
 
 // Calls body(loops, tile) for tiles that hold every pair of rows [begin, end) once, for single pairs with the
-// scalar loops. Throws timeout / RunCancelled from `cancel`, checked before every 64 rows.
+// scalar loops. Throws timeout / RunCanceled from `cancel`, checked before every 64 rows.
 template <class Loops, class Body>
 void for_each_tile(const PairPoints& points, const Loops& loops, const Loops& scalar, std::size_t begin,
                    std::size_t end, const CancelToken& cancel, const Body& body) {

@@ -37,7 +37,7 @@ struct ShapeHistogram {
 // share tuples, and a larger number of tuples begins with the smaller one. The angle at a point that
 // coincides with another is 0. O(n + tuples), parallel in fixed blocks; deterministic for every thread count
 // and processor. Throws std::invalid_argument for too few points, numbers that are not finite and parameters
-// out of range; RunCancelled and ItemError(timeout) from `cancel`.
+// out of range; RunCanceled and ItemError(timeout) from `cancel`.
 ShapeHistogram shape_function_histogram(std::span<const float> points, ShapeFunction function, RandomKey key,
                                         const ShapeFunctionParameters& parameters = {},
                                         const CancelToken& cancel = {});

@@ -36,7 +36,7 @@ std::vector<double> spherical_harmonics(Vector3 direction, std::uint32_t degree)
 //
 // Independent points of a uniform density have values near sqrt((2 l + 1) mass / n), not 0. O(n degree^2);
 // bench/describe_bench.cpp measures it. Serial, in the order of the points. Throws std::invalid_argument for
-// lengths that are not 3 n or numbers that are not finite; RunCancelled and ItemError(timeout) from `cancel`.
+// lengths that are not 3 n or numbers that are not finite; RunCanceled and ItemError(timeout) from `cancel`.
 std::vector<float> shell_harmonics(std::span<const float> points, const CancelToken& cancel = {});
 
 }  // namespace meander

@@ -59,7 +59,7 @@ struct FlatChart {
 // back to the direct method), and so is one that reaches flatten_budget before any map is good enough; a good
 // map found by then is kept. The method is `conformal` only without flips, or within max_flipped_share. Cost:
 // one n x n sparse Cholesky factorization for each try, at most flatten_budget in all. Deterministic; throws
-// timeout / RunCancelled from `cancel`.
+// timeout / RunCanceled from `cancel`.
 FlatChart flatten_chart(const MeasuredMesh& surface, CutChart cut, const FlattenParameters& parameters,
                         const CancelToken& cancel = {});
 

@@ -20,7 +20,7 @@ BoxFrame box_frame(const std::array<double, 6>& box) {
   };
   if (!std::isfinite(longest)) throw too_large();
   const auto middle = [&](std::size_t axis) { return 0.5 * box[axis] + 0.5 * box[axis + 3]; };
-  frame.centre = {middle(0), middle(1), middle(2)};
+  frame.center = {middle(0), middle(1), middle(2)};
   int exponent = 0;
   std::frexp(longest, &exponent);  // longest < 2^exponent
   frame.unit = std::ldexp(1.0, exponent - 1);

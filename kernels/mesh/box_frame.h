@@ -7,10 +7,10 @@
 
 namespace meander {
 
-// p = centre + unit * w with every coordinate of w in [-1, 1]. unit is a power of two, more than half of the
+// p = center + unit * w with every coordinate of w in [-1, 1]. unit is a power of two, more than half of the
 // longest side of the box and at most the whole side, down to the smallest positive double.
 struct BoxFrame {
-  Vector3 centre;
+  Vector3 center;
   double unit = 1;
   double diagonal = 0;  // of the box
 };

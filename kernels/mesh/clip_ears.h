@@ -21,7 +21,7 @@ inline double turn(PlanePoint a, PlanePoint b, PlanePoint c) {
 // Splits a counter-clockwise polygon of K >= 3 corners into K - 2 triangles, which are appended. Corners are
 // tested in turn, and the corner behind a clipped one is passed over: that makes fewer slivers than a fan.
 // Where no ear is left, because the polygon crosses itself, the rest is fanned from its first corner. Pure.
-// Throws timeout / RunCancelled from `cancel`, checked every 256 tests. Eberly 2002, "Triangulation by ear
+// Throws timeout / RunCanceled from `cancel`, checked every 256 tests. Eberly 2002, "Triangulation by ear
 // clipping".
 //
 // Cost: each test looks for a reflex corner in a triangle, from 33 corners on in a tree of about O(sqrt K)

@@ -458,7 +458,7 @@ CoarseMesh coarsen_mesh(const PreparedMesh& mesh, std::span<const double> masses
   });
   weights = std::vector<double>();
 
-  result.mesh.centre = mesh.centre;
+  result.mesh.center = mesh.center;
   result.mesh.unit = mesh.unit;
   result.mesh.diagonal = mesh.diagonal;
   result.triangle.reserve(mesh.triangle_count());

@@ -19,7 +19,7 @@ struct CoarsenParameters {
 // A coarse mesh of C triangles under a fine one of T.
 struct CoarseMesh {
   // The components of the fine mesh in its order, each of the same topology; their vertices are vertices of
-  // the fine mesh. Of the file it keeps only centre, unit and diagonal; all its polygons are number 0.
+  // the fine mesh. Of the file it keeps only center, unit and diagonal; all its polygons are number 0.
   PreparedMesh mesh;
   std::vector<std::uint32_t> triangle;  // T: the coarse triangle under each fine one, of its component
   std::vector<double> masses;           // C: the masses of the fine triangles over each, summed
@@ -36,7 +36,7 @@ struct CoarseMesh {
 // result is empty where all are copied.
 //   masses: T masses (MeshMeasure), working units squared; samples: N >= 1
 // O(T): at most 24 neighbors of a vertex are tried, and again only after one of them was removed. Parallel
-// over components; deterministic for every thread count. Throws timeout / RunCancelled from `cancel`.
+// over components; deterministic for every thread count. Throws timeout / RunCanceled from `cancel`.
 CoarseMesh coarsen_mesh(const PreparedMesh& mesh, std::span<const double> masses, std::uint64_t samples,
                         const CoarsenParameters& parameters, const CancelToken& cancel = {});
 

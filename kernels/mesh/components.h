@@ -12,7 +12,7 @@ namespace meander {
 
 // Finds the component of every triangle, breadth-first over the edges; numbers ascend with the first
 // triangle. Large meshes are searched in ranges of triangles, one a thread, which are then joined. Returns
-// the number of components. O(T). Throws timeout / RunCancelled from `cancel`.
+// the number of components. O(T). Throws timeout / RunCanceled from `cancel`.
 std::uint32_t find_components(std::span<const std::uint32_t> opposite, std::vector<std::uint32_t>& component,
                               const CancelToken& cancel = {});
 

@@ -28,7 +28,7 @@ PreparedMesh prepare_mesh(const PolygonMesh& mesh, const CancelToken& cancel = {
 PreparedMesh prepare_soup(const PolygonMesh& mesh, const CancelToken& cancel = {});
 
 // Upper bounds of bytes beside the file: while the mesh is prepared, and of what is left while a sampler
-// frees its neighbours.
+// frees its neighbors.
 struct PreparedBytes {
   double peak = 0, held = 0;
 };

@@ -25,11 +25,11 @@ struct Component {
   double area = 0;  // working units squared
 };
 
-// T triangles over W working vertices. Working coordinate w and file coordinate p: p = centre + unit * w,
+// T triangles over W working vertices. Working coordinate w and file coordinate p: p = center + unit * w,
 // with `unit` a power of two, so that every coordinate lies in [-1, 1] whatever the file's scale or origin.
 // Components are ordered by the 3-D Hilbert key of their area centroid (the curve visits them in that order).
 struct PreparedMesh {
-  Vector3 centre;                // file units
+  Vector3 center;                // file units
   double unit = 1;               // file units per working unit, a power of two
   double diagonal = 0;           // of the bounding box, file units
   std::array<double, 6> bbox{};  // min x, y, z, max x, y, z of all polygons with an area, file units
@@ -61,8 +61,8 @@ struct PreparedMesh {
 };
 
 // The origin of the working coordinates, in working units of the file's axes.
-inline Vector3 centre_in_units(const PreparedMesh& mesh) {
-  return {mesh.centre.x / mesh.unit, mesh.centre.y / mesh.unit, mesh.centre.z / mesh.unit};
+inline Vector3 center_in_units(const PreparedMesh& mesh) {
+  return {mesh.center.x / mesh.unit, mesh.center.y / mesh.unit, mesh.center.z / mesh.unit};
 }
 
 // Converts an area or a mass from working units to those of the file: infinite or 0 where double overflows or

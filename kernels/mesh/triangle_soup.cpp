@@ -293,7 +293,7 @@ Box box_of_polygons(const PolygonMesh& mesh, const UsablePolygons& polygons, std
 void set_frame(const Box& box, PreparedMesh& out) {
   out.bbox = {box.low[0], box.low[1], box.low[2], box.high[0], box.high[1], box.high[2]};
   const BoxFrame frame = box_frame(out.bbox);
-  out.centre = frame.centre;
+  out.center = frame.center;
   out.unit = frame.unit;
   out.diagonal = frame.diagonal;
 }

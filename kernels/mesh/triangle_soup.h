@@ -42,16 +42,16 @@ class WorkingPositions {
       : x_(mesh.x.data()),
         y_(mesh.y.data()),
         z_(mesh.z.data()),
-        centre_(frame.centre),
+        center_(frame.center),
         in_units_(frame.unit) {}
   Vector3 operator()(std::uint32_t vertex) const {
-    return {in_units_(x_[vertex] - centre_.x), in_units_(y_[vertex] - centre_.y),
-            in_units_(z_[vertex] - centre_.z)};
+    return {in_units_(x_[vertex] - center_.x), in_units_(y_[vertex] - center_.y),
+            in_units_(z_[vertex] - center_.z)};
   }
 
  private:
   const double *x_, *y_, *z_;
-  Vector3 centre_;
+  Vector3 center_;
   ExactDivision in_units_;
 };
 

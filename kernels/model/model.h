@@ -43,7 +43,7 @@ struct Model {
 // are taken from it.
 using StageBytes = double (*)(const SampleParameters& parameters, const ModelSizes& sizes);
 
-// One step of a method. Throws ItemError, RunCancelled or std::bad_alloc.
+// One step of a method. Throws ItemError, RunCanceled or std::bad_alloc.
 struct ModelStage {
   std::string_view name;
   std::function<void(Model&)> run;

@@ -52,7 +52,7 @@ Row ModelSampler::sample(PolygonMesh mesh, std::span<const std::uint8_t> content
       running = stage.name;
       stage.run(model);
     }
-  } catch (const RunCancelled&) {
+  } catch (const RunCanceled&) {
     throw;
   } catch (...) {
     Failure failure = current_failure(running);

@@ -86,7 +86,7 @@ struct SampleParameters {
   LocateParameters locator;
   ElementParameters elements;
   DensityParameters density;
-  // Find neighbours, components and a common orientation of the triangles. Without it samples take the
+  // Find neighbors, components and a common orientation of the triangles. Without it samples take the
   // normals of the file's winding, and components, genus and boundaries are not counted (prepare_soup). For
   // methods without charts.
   bool topology = true;
@@ -100,7 +100,7 @@ struct SampleParameters {
   TensorParameters tensor;  // of the method anisotropic, as is the next one
   TensorChartParameters tensor_charts;
   // Nothing but its row is wanted of a model. Samples of large sets are then left as sites, to be made block
-  // by block (samples_at, model.h), where nothing needs them all (leaves_sites); the neighbours and polygons
+  // by block (samples_at, model.h), where nothing needs them all (leaves_sites); the neighbors and polygons
   // of triangles are freed once they have served, and their masses are not kept. The same row.
   bool rows_only = false;
   // Sets of more samples than this are large in this sense: what few blocks they have would be made by few

@@ -384,7 +384,7 @@ std::string descriptors_with(bool (*has)(const DescriptorGroup&)) {
 void settle(SampleParameters& p, const GivenSettings& given) {
   const bool first_hit = p.locate == LocatorKind::first_hit;
   if (!given.contains("place")) p.place = first_hit ? PlaceKind::vertex : PlaceKind::element;
-  // A sample at a curve vertex needs many vertices per sample, or the pattern is quantised (docs/METHODS.md
+  // A sample at a curve vertex needs many vertices per sample, or the pattern is quantized (docs/METHODS.md
   // 7.4).
   if (first_hit) p.locator.curve.leaves_per_sample = 64;
   if (!first_hit && p.place == PlaceKind::vertex) p.elements.elements_per_sample = 64;

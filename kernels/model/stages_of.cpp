@@ -22,7 +22,7 @@ namespace {
 
 // ---- bytes: of what stages hold, by the arrays that are alive at once
 
-// The neighbours of triangles are found, in the first stage or by descriptors.
+// The neighbors of triangles are found, in the first stage or by descriptors.
 bool finds_topology(const SampleParameters& p) {
   return p.topology || std::any_of(p.describe.descriptors.begin(), p.describe.descriptors.end(), needs_mesh);
 }

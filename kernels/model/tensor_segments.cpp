@@ -144,7 +144,7 @@ void bisect_failed(TensorSegments& segments, std::vector<SegmentChart>& charts, 
   charts = std::move(next);
 }
 
-void summarise(const PreparedMesh& mesh, const std::vector<SegmentChart>& charts, AnisotropyReport& report) {
+void summarize(const PreparedMesh& mesh, const std::vector<SegmentChart>& charts, AnisotropyReport& report) {
   report.segments = static_cast<std::uint32_t>(charts.size());
   double area = 0, accepted = 0, measured = 0, angle = 0, ratio = 0;
   for (std::size_t c = 0; c < charts.size(); ++c) {
@@ -208,7 +208,7 @@ std::vector<FlatChart> chart_segments(TensorSegments& segments, const SamplePara
     return !chart.accepted && triangles >= 2 * wanted.segment.min_triangles;
   });
   if (wanted.form == AlignmentForm::gradient) {
-    summarise(segments.mesh, charts, segments.report);
+    summarize(segments.mesh, charts, segments.report);
     // Segments without an accepted chart along the directions are charted in the metric.
     segments.metric_length = surface_metric(segments.mesh, segments.tensor, cancel);
     for (SegmentChart& chart : charts)
@@ -220,7 +220,7 @@ std::vector<FlatChart> chart_segments(TensorSegments& segments, const SamplePara
   bisect(AlignmentForm::metric, [](const SegmentChart& chart, std::uint32_t) {
     return chart.flat.report.method != Method::anisotropic;
   });
-  if (wanted.form == AlignmentForm::metric) summarise(segments.mesh, charts, segments.report);
+  if (wanted.form == AlignmentForm::metric) summarize(segments.mesh, charts, segments.report);
   segments.report.segments = static_cast<std::uint32_t>(charts.size());
   std::vector<FlatChart> flat(charts.size());
   for (std::size_t c = 0; c < charts.size(); ++c) flat[c] = std::move(charts[c].flat);

@@ -397,7 +397,7 @@ class Bisection {
       mass += m;
     }
     for (std::size_t k = 0; k < 3; ++k)
-      tree_.centre[node.number][k] = mass > 0 ? static_cast<float>(sum[k] / mass) : 0.0f;
+      tree_.center[node.number][k] = mass > 0 ? static_cast<float>(sum[k] / mass) : 0.0f;
     if (!group_.empty()) {
       group_[node.number] = items.empty() ? 0 : group_of(items.front());
       for (const NodeItem& item : items)
@@ -433,12 +433,12 @@ class Bisection {
     const std::size_t low = CutTree::low(node), high = tree_.high(node);
     float straight = 0, swapped = 0;
     if (from && same_group(*from, node)) {
-      straight += distance(tree_.centre[*from], tree_.centre[low]);
-      swapped += distance(tree_.centre[*from], tree_.centre[high]);
+      straight += distance(tree_.center[*from], tree_.center[low]);
+      swapped += distance(tree_.center[*from], tree_.center[high]);
     }
     if (to && same_group(*to, node)) {
-      straight += distance(tree_.centre[*to], tree_.centre[high]);
-      swapped += distance(tree_.centre[*to], tree_.centre[low]);
+      straight += distance(tree_.center[*to], tree_.center[high]);
+      swapped += distance(tree_.center[*to], tree_.center[low]);
     }
     if (swapped < straight && same_group(low, high)) {
       const std::size_t last = visit(high, first + low_leaves, leaves - low_leaves, from, &low);
@@ -455,7 +455,7 @@ class Bisection {
     const std::size_t after =
         r + 1 < path_.size() && same_group(path_[r + 1].node, node) ? path_[r + 1].node : node;
     Point d;
-    for (std::size_t k = 0; k < 3; ++k) d[k] = tree_.centre[after][k] - tree_.centre[before][k];
+    for (std::size_t k = 0; k < 3; ++k) d[k] = tree_.center[after][k] - tree_.center[before][k];
     if (d[0] == 0 && d[1] == 0 && d[2] == 0) {  // alone: along its largest extent
       const Leaf& leaf = leaves_[path_[r].leaf];
       d[largest_extent(std::span<const NodeItem>(blocks_[leaf.block]).subspan(leaf.first, leaf.count)).axis] =

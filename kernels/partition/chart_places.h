@@ -28,7 +28,7 @@ struct ChartSet {
 
 // Corners of triangles in the charts. Over a coarse mesh the chart of the coarse triangle is continued beyond
 // it as the affine map that it is on its plane: a fine triangle lies where its corners' feet on that plane
-// are taken, hence not exactly beside its neighbours; what would leave the unit square lies on its border.
+// are taken, hence not exactly beside its neighbors; what would leave the unit square lies on its border.
 class ChartPlaces {
  public:
   // O(charts), O(T) for charts of the surface itself. Mesh and charts must outlive it.

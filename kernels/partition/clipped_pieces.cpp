@@ -169,7 +169,7 @@ ClippedPieces::Extent ClippedPieces::extent_of(List list) const {
   return extent;
 }
 
-ClippedPieces::Point ClippedPieces::centre(const Extent& extent) const {
+ClippedPieces::Point ClippedPieces::center(const Extent& extent) const {
   const double scale = extent.mass > 0 ? 0.5 / extent.mass : 0;
   return in_space({extent.moment[0], extent.moment[1], extent.moment[2]}, scale);
 }

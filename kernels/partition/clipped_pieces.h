@@ -66,7 +66,7 @@ class ClippedPieces {
   // O(P).
   Extent extent_of(List list) const;
   // Where their mass lies, roughly; in space.
-  Point centre(const Extent& extent) const;
+  Point center(const Extent& extent) const;
 
   // Both sides of the plane across the axis of the extent that has `target` of the mass below it, to 2^-14 of
   // a `cell`'s mass times the root of the number of cells; the rest of the mass is taken from the polygons

@@ -30,7 +30,7 @@ struct CutHistory {
 // The leaves that the lower part of a node of 2 or more gets: the power of two nearest to half of them, the
 // larger one of two; between a third and two thirds. So nearly all cells lie in nodes of 2^k leaves, which
 // are cut in halves throughout: there the digits of samples (docs/METHODS.md 7.7) form a net, and the sides
-// of neighbours agree.
+// of neighbors agree.
 inline std::uint32_t lower_leaves(std::uint32_t leaves) {
   const std::uint32_t power = std::bit_floor(leaves);
   return leaves < power + power / 2 ? power / 2 : power;

@@ -19,9 +19,9 @@ struct TreeCut {
 // the other one is node i + 2 c.
 struct CutTree {
   std::vector<TreeCut> cut;                  // leaves have none
-  std::vector<std::array<float, 3>> centre;  // of the mass
+  std::vector<std::array<float, 3>> center;  // of the mass
 
-  explicit CutTree(std::uint32_t leaves) : cut(2 * std::size_t{leaves}), centre(2 * std::size_t{leaves}) {}
+  explicit CutTree(std::uint32_t leaves) : cut(2 * std::size_t{leaves}), center(2 * std::size_t{leaves}) {}
 
   static std::size_t low(std::size_t node) { return node + 1; }
   std::size_t high(std::size_t node) const { return high(node, cut[node].low_leaves); }
@@ -33,7 +33,7 @@ struct CutTree {
     cut[node] = at;
     const float share = static_cast<float>(at.low_leaves) / static_cast<float>(leaves);
     for (std::size_t k = 0; k < 3; ++k)
-      centre[node][k] = share * centre[low(node)][k] + (1 - share) * centre[high(node)][k];
+      center[node][k] = share * center[low(node)][k] + (1 - share) * center[high(node)][k];
   }
 };
 

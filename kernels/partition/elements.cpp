@@ -198,7 +198,7 @@ CurveElements along_space_curve(const ElementSource& source, const SurfacePart& 
 }
 
 // Whether many of the pieces that follow each other lie on each other, as those of two sheets that coincide:
-// their centroids are nearer to each other than those of neighbours in one sheet are.
+// their centroids are nearer to each other than those of neighbors in one sheet are.
 bool lie_on_each_other(const std::vector<MassPoint>& points, const SpaceOrder& order) {
   // Between the centroids of two halves of a square it is, squared, 4/9 of the mass of each.
   constexpr double near = 0.1;

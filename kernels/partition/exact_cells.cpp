@@ -77,7 +77,7 @@ class ExactBisection {
     if (is_abandoned_.load(std::memory_order_relaxed)) return;
     const ClippedPieces::Extent extent = pieces.extent_of(node.pieces);
     if (node.leaves == 1) {
-      cells_.tree.centre[node.number] = pieces.centre(extent);
+      cells_.tree.center[node.number] = pieces.center(extent);
       cells_.history[node.first] = node.history;
       if (keeps_polygons())
         keep_entries(node, pieces, block);

@@ -17,7 +17,7 @@ constexpr std::size_t least_probes = 8;
 constexpr float least_gap = 0.15f;  // between layers, over the whole height
 constexpr float gap_over_mean = 6;  // over the mean distance of heights
 
-// Neighbours in the two sheets, squared: within the sheets, over the variance there; and across them, over
+// Neighbors in the two sheets, squared: within the sheets, over the variance there; and across them, over
 // the area of a share (a stack thicker than that needs no telling apart).
 constexpr double most_apart = 0.5;
 constexpr double most_offset = 0.125;

@@ -70,13 +70,13 @@ struct SheetCut {
 // Whether the probes look like a stack of sheets. Sides: the normals' covariance has an eigenvalue l > 0.3,
 // and along its direction the positions vary by less than a quarter of l times their second largest
 // eigenvalue. Layers: the normals agree, the positions vary as little along their mean, and leave a clear gap
-// there. And neither the distance between neighbours within the sheets nor that across them is far beyond
+// there. And neither the distance between neighbors within the sheets nor that across them is far beyond
 // what find_sheet_cut allows: so few probes know both, squared, to a factor of two. Pure. O(P^2). False for
 // fewer than 8 probes.
 bool may_be_stack(SheetScratch& scratch, std::uint32_t leaves);
 
 // The cut, if it really is a stack and closer than a third of a sample's width, when `leaves` samples share
-// the node: the elements of one part have near neighbours in the other, off them across the stack. Patches
+// the node: the elements of one part have near neighbors in the other, off them across the stack. Patches
 // beside each other, or faces of one flat sheet that are turned differently, are no stack. Pure. O(P^2).
 std::optional<SheetCut> find_sheet_cut(SheetScratch& scratch, std::uint32_t leaves);
 

@@ -12,7 +12,7 @@ namespace meander {
 
 namespace {
 
-struct Neighbour {
+struct Neighbor {
   std::uint32_t point;
   float weight;
 };
@@ -26,7 +26,7 @@ std::vector<std::uint32_t> eliminate_samples(std::span<const double> points, std
     throw std::invalid_argument("sample elimination needs an area and at least as many points as samples");
   const EliminationWeight weight(area, count, static_cast<double>(candidates));
   const KdTree<3> tree(points);
-  std::vector<std::vector<Neighbour>> around(candidates);
+  std::vector<std::vector<Neighbor>> around(candidates);
   parallel_blocks(candidates, 1024, [&](std::size_t begin, std::size_t end) {
     for (std::size_t position = begin; position < end; ++position) {
       const std::uint32_t own = tree.index(position);
@@ -40,15 +40,15 @@ std::vector<std::uint32_t> eliminate_samples(std::span<const double> points, std
   });
   std::vector<double> weights(candidates, 0.0);
   for (std::size_t i = 0; i < candidates; ++i)
-    for (const Neighbour& neighbour : around[i]) weights[i] += static_cast<double>(neighbour.weight);
+    for (const Neighbor& neighbor : around[i]) weights[i] += static_cast<double>(neighbor.weight);
 
   WeightHeap heap(std::move(weights));
   std::vector<std::uint8_t> kept(candidates, 1);
   for (std::size_t gone = 0; gone < candidates - count; ++gone) {
     const std::uint32_t i = heap.pop();
     kept[i] = 0;
-    for (const Neighbour& neighbour : around[i])
-      if (kept[neighbour.point] != 0) heap.lessen(neighbour.point, static_cast<double>(neighbour.weight));
+    for (const Neighbor& neighbor : around[i])
+      if (kept[neighbor.point] != 0) heap.lessen(neighbor.point, static_cast<double>(neighbor.weight));
   }
   std::vector<std::uint32_t> remaining;
   for (std::uint32_t i = 0; i < candidates; ++i)

@@ -13,7 +13,7 @@ namespace meander {
 enum class SphereMethod : std::uint8_t {
   random,              // independent
   fibonacci,           // angle i / golden ratio, z = 1 - (2 i + 1) / N; deterministic
-  spiral,              // generalised spiral (Saff and Kuijlaars 1997), pole to pole; deterministic
+  spiral,              // generalized spiral (Saff and Kuijlaars 1997), pole to pole; deterministic
   hammersley,          // the planar set lifted (lift_to_sphere); deterministic
   hilbert_stratified,  // lifted
   hilbert_shifted,     // lifted

@@ -11,7 +11,7 @@ namespace meander {
 
 // The leaves of the curve of sample_surface, one by one, for figures.
 struct SurfaceCurve {
-  CurveTree tree;            // over the unit square (the warped one with reparameterise)
+  CurveTree tree;            // over the unit square (the warped one with reparameterize)
   std::vector<double> mass;  // L measures, in curve order; they sum to the measure
   std::vector<double> uv;    // 2 L: the leaf centers in the surface's own parameters
 };

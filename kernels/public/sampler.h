@@ -68,7 +68,7 @@ class Sampler {
   //
   // A mesh that cannot be sampled does not throw, nor does a lack of memory or time: the status of the report
   // says what is wrong, and its reason says it in a sentence. Throws std::invalid_argument when the lengths
-  // of the arrays do not fit each other, RunCancelled when `cancel` is set.
+  // of the arrays do not fit each other, RunCanceled when `cancel` is set.
   //
   // Cost for the default settings: O((F + N) log (F + N)) time, O(F + N) memory.
   SampledModel sample(const Mesh& mesh, std::span<const std::uint8_t> content = {},

@@ -87,21 +87,21 @@ class ItemError : public std::runtime_error {
   Status status_;
 };
 
-// The caller stopped the work by CancelToken::cancelled.
-class RunCancelled : public std::runtime_error {
+// The caller stopped the work by CancelToken::canceled.
+class RunCanceled : public std::runtime_error {
  public:
-  RunCancelled() : std::runtime_error("the run was cancelled") {}
+  RunCanceled() : std::runtime_error("the run was canceled") {}
 };
 
 // Ends long work, which looks at it between its stages and inside of its loops.
 struct CancelToken {
   std::chrono::steady_clock::time_point deadline = std::chrono::steady_clock::time_point::max();
-  const std::atomic<bool>* cancelled = nullptr;  // set by the caller to stop; may be null
+  const std::atomic<bool>* canceled = nullptr;  // set by the caller to stop; may be null
 
-  // Throws RunCancelled when `cancelled` is set, ItemError(timeout) once the deadline has passed. Cost: one
+  // Throws RunCanceled when `canceled` is set, ItemError(timeout) once the deadline has passed. Cost: one
   // clock read.
   void check() const {
-    if (cancelled != nullptr && cancelled->load(std::memory_order_relaxed)) throw RunCancelled();
+    if (canceled != nullptr && canceled->load(std::memory_order_relaxed)) throw RunCanceled();
     if (deadline != std::chrono::steady_clock::time_point::max() &&
         std::chrono::steady_clock::now() > deadline)
       throw ItemError(Status::timeout, "the time limit per model passed");
@@ -122,7 +122,7 @@ enum class Repair : std::uint8_t {
   welded_vertices,     // vertices whose position another vertex has too
   split_edges,         // edges of more than two faces, split into boundary edges
   split_vertices,      // extra copies of vertices whose faces form more than one fan
-  flipped_faces,       // faces turned round so that neighbours agree
+  flipped_faces,       // faces turned round so that neighbors agree
   cut_edges,           // edges cut because the surface is not orientable
   bad_normals,         // normals of the file that are zero or not finite: the geometric normal stands in
   bad_attributes,      // attribute values that could not be read

@@ -30,7 +30,7 @@ std::span<const std::string_view> surface_names();
 // shape: one of these names, or three formulas in u and v with commas between them, as "u, v, sin(6*u)".
 //
 // A surface that cannot be sampled does not throw: see SampleReport::status. Throws std::invalid_argument for
-// other shapes and, as Sampler does, for settings; RunCancelled when `cancel` is set. About 20 evaluations a
+// other shapes and, as Sampler does, for settings; RunCanceled when `cancel` is set. About 20 evaluations a
 // patch (a few thousand patches on smooth surfaces) and 1.5 a sample.
 SampledModel sample_surface(std::string_view shape, const Settings& settings = {},
                             const CancelToken& cancel = {});

@@ -36,7 +36,7 @@ class ChartScene {
   ChartScene(const ChartScene&) = delete;
   ChartScene& operator=(const ChartScene&) = delete;
 
-  // Rays along z through the points (u[i], v[i]); neighbours in the arrays should be neighbours in the plane.
+  // Rays along z through the points (u[i], v[i]); neighbors in the arrays should be neighbors in the plane.
   // Thread-safe; deterministic for every thread count. About 100 ns a ray, 8 bytes a ray and hit.
   void cast(std::span<const float> u, std::span<const float> v, RayHits& hits,
             const CancelToken& cancel = {}) const;

@@ -82,7 +82,7 @@ void cast_leaf_rays(ChartWork& work, const ChartScene& scene, CurveTree& tree, D
   work.rays += refine_by_rays(tree, scene, depths, any_number_of_leaves, cancel, random_point, visit);
 }
 
-// Neighbours that turn opposite ways lie on the same side of their edge, so they overlap whatever the rays
+// Neighbors that turn opposite ways lie on the same side of their edge, so they overlap whatever the rays
 // say.
 void add_folds(const FlatChart& chart, ConflictSet& conflicts) {
   const std::size_t triangles = chart.cut.triangle_count();
@@ -96,17 +96,17 @@ void add_folds(const FlatChart& chart, ConflictSet& conflicts) {
 
 // Finds which other triangles contain the centroid of each triangle. Rays are sorted along the curve, since
 // the triangles of a file are in arbitrary order (unsorted, a ray costs three times as much). Pairs of
-// neighbours are treated like all others: sure_hits omits triangles that merely touch along a border.
+// neighbors are treated like all others: sure_hits omits triangles that merely touch along a border.
 void add_centroid_conflicts(ChartWork& work, const ChartScene& scene, const CancelToken& cancel) {
   const std::size_t triangles = work.masses.size();
-  std::vector<float> centre_u(triangles), centre_v(triangles);
+  std::vector<float> center_u(triangles), center_v(triangles);
   std::vector<KeyIndex> order(triangles), scratch;
   parallel_blocks(triangles, 4096, [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {
       const UvTriangle corners = uv_triangle(work.chart, t);
-      centre_u[t] = static_cast<float>((corners.u[0] + corners.u[1] + corners.u[2]) / 3);
-      centre_v[t] = static_cast<float>((corners.v[0] + corners.v[1] + corners.v[2]) / 3);
-      const std::uint64_t rank = curve_key(CurveKind::hilbert, centre_u[t], centre_v[t]) >> 32;
+      center_u[t] = static_cast<float>((corners.u[0] + corners.u[1] + corners.u[2]) / 3);
+      center_v[t] = static_cast<float>((corners.v[0] + corners.v[1] + corners.v[2]) / 3);
+      const std::uint64_t rank = curve_key(CurveKind::hilbert, center_u[t], center_v[t]) >> 32;
       order[t] = {rank, static_cast<std::uint32_t>(t)};
     }
   });
@@ -119,8 +119,8 @@ void add_centroid_conflicts(ChartWork& work, const ChartScene& scene, const Canc
     u.resize(count);
     v.resize(count);
     for (std::size_t r = 0; r < count; ++r) {
-      u[r] = centre_u[order[first + r].index];
-      v[r] = centre_v[order[first + r].index];
+      u[r] = center_u[order[first + r].index];
+      v[r] = center_v[order[first + r].index];
     }
     scene.cast(u, v, hits, cancel);
     for (std::size_t r = 0; r < count; ++r) {

@@ -1,4 +1,4 @@
-// The survey's locator: curve vertices at the leaf centres, local areas by Meyer et al. at the mesh vertices.
+// The survey's locator: curve vertices at the leaf centers, local areas by Meyer et al. at the mesh vertices.
 //
 // The area of a leaf is its UV area times the area factor at its curve vertex. The factor of a mesh vertex is
 // its mixed area (Meyer et al. 2003) on the surface over that on the chart, and is linear over triangles in
@@ -86,7 +86,7 @@ CurveVertices chart_vertices(const EmbreeDevice& device, const PreparedMesh& mes
   const std::vector<double> factor = area_factors(mesh, component, chart);
   CurveVertices found;
   std::vector<KeyIndex> order, scratch;
-  const auto centre = [](const CurveTree& nodes, std::size_t i) {
+  const auto center = [](const CurveTree& nodes, std::size_t i) {
     return std::pair(nodes.u[i] + nodes.side[i] / 2, nodes.v[i] + nodes.side[i] / 2);
   };
   const auto visit = [&](const CurveTree& nodes, std::size_t i, double, double,
@@ -94,7 +94,7 @@ CurveVertices chart_vertices(const EmbreeDevice& device, const PreparedMesh& mes
     if (hits.empty()) return false;
     const std::uint32_t local = hits.front();  // all lie in one plane: the lowest number is the first
     const std::uint32_t t = component.triangle_begin + local;
-    const auto [u, v] = centre(nodes, i);
+    const auto [u, v] = center(nodes, i);
     const std::array<double, 3> weight = clamped_barycentric(uv_triangle(chart, local), u, v);
     double area = 0;
     for (std::size_t k = 0; k < 3; ++k) area += weight[k] * factor[chart.cut.triangles[3 * local + k]];
@@ -105,7 +105,7 @@ CurveVertices chart_vertices(const EmbreeDevice& device, const PreparedMesh& mes
     found.push(t, mass, weight[1], weight[2]);
     return false;
   };
-  refine_by_rays(tree, scene, depths, most_leaves, cancel, centre, visit);
+  refine_by_rays(tree, scene, depths, most_leaves, cancel, center, visit);
   radix_sort(order, scratch);  // from level by level to along the curve
   CurveVertices sorted;
   for (const KeyIndex entry : order)

@@ -46,7 +46,7 @@ class ConflictSet {
  private:
   static constexpr std::size_t recent_conflicts = std::size_t{1} << 12;
   void leave_out_repeats();
-  std::vector<Conflict> recent_;    // by hash: neighbouring rays find the same ones
+  std::vector<Conflict> recent_;    // by hash: neighboring rays find the same ones
   std::vector<Conflict> conflict_;  // the different ones, ascending, and what has come since
   std::size_t most_, room_ = 0;
   bool is_full_ = false;

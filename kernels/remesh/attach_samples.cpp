@@ -49,7 +49,7 @@ class Attacher {
     mean_edge_ = worst_ = 0;
     double count = 0;
     spokes_.clear();
-    mesh_.for_neighbours(s, [&](std::uint32_t w, std::uint32_t h) {
+    mesh_.for_neighbors(s, [&](std::uint32_t w, std::uint32_t h) {
       on_line_ = on_line_ || mesh_.is_line(h);
       mean_edge_ += distance(at(s), at(w));
       ++count;
@@ -89,7 +89,7 @@ class Attacher {
       const std::uint32_t v = mesh_.end(h);
       if ((v >= first_ && v < last_) || distance(at(s), at(v)) > least) continue;
       bool is_on_line = false;
-      mesh_.for_neighbours(v, [&](std::uint32_t, std::uint32_t e) {
+      mesh_.for_neighbors(v, [&](std::uint32_t, std::uint32_t e) {
         is_on_line = is_on_line || mesh_.is_crease_or_boundary(e);
       });
       if (!is_on_line) continue;

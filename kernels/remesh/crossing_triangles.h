@@ -106,7 +106,7 @@ struct CrossingPairs {
 };
 
 // Bounds on a search, counted in pairs of boxes that meet. Triangles of a surface have some dozens of
-// neighbours; those of a fan of long needles all have a common corner of their boxes.
+// neighbors; those of a fan of long needles all have a common corner of their boxes.
 struct CrossingSearchBound {
   std::uint64_t of_block = std::numeric_limits<std::uint64_t>::max();  // of 256 items
   std::uint64_t in_all = std::numeric_limits<std::uint64_t>::max();    // about: at most 16 blocks more

@@ -24,7 +24,7 @@ double least_angle_cosine(Vector3 a, Vector3 b, Vector3 c) {
 bool can_flip_in_topology(const EditedMesh& mesh, std::uint32_t h) {
   if (mesh.is_line(h)) return false;
   const std::uint32_t c = mesh.apex(h), d = mesh.apex(mesh.opposite[h]);
-  return c != d && !mesh.are_neighbours(c, d);
+  return c != d && !mesh.are_neighbors(c, d);
 }
 
 bool can_flip(const EditedMesh& mesh, std::uint32_t h) {

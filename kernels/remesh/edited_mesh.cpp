@@ -8,7 +8,7 @@ Vector3 EditedMesh::area_vector(std::uint32_t triangle) const {
   return cross(position[vertex[h + 1]] - a, position[vertex[h + 2]] - a);
 }
 
-bool EditedMesh::are_neighbours(std::uint32_t v, std::uint32_t w) const {
+bool EditedMesh::are_neighbors(std::uint32_t v, std::uint32_t w) const {
   std::uint32_t of_v = out[v], of_w = out[w];
   for (;;) {
     if (end(of_v) == w || apex(of_v) == w) return true;
@@ -157,7 +157,7 @@ void EditedMesh::collapse(std::uint32_t h, std::uint32_t v) {
   std::uint32_t of_w = close_triangle(h);
   if (g != no_index) of_w = close_triangle(g);
   out[v] = no_index;
-  // Without a walk around w, which may have very many neighbours, where nothing there has changed.
+  // Without a walk around w, which may have very many neighbors, where nothing there has changed.
   if (!has_boundary)
     out[w] = of_w;
   else if (!keeps_begin || vertex[out[w]] != w)

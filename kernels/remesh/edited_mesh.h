@@ -58,10 +58,10 @@ struct EditedMesh {
       h = opposite[previous_half_edge(h)];
     } while (h != first && h != no_index);
   }
-  // Calls visit(w, h) for the neighbours of v, with a half-edge of the edge between: one that starts at v,
-  // but for the last neighbour of a boundary vertex.
+  // Calls visit(w, h) for the neighbors of v, with a half-edge of the edge between: one that starts at v,
+  // but for the last neighbor of a boundary vertex.
   template <class Visit>
-  void for_neighbours(std::uint32_t v, const Visit& visit) const {
+  void for_neighbors(std::uint32_t v, const Visit& visit) const {
     std::uint32_t last = no_index;
     for_outgoing(v, [&](std::uint32_t h) {
       visit(end(h), h);
@@ -79,8 +79,8 @@ struct EditedMesh {
     } while (h != first && h != no_index);
     return false;
   }
-  // O(the lesser number of neighbours of the two).
-  bool are_neighbours(std::uint32_t v, std::uint32_t w) const;
+  // O(the lesser number of neighbors of the two).
+  bool are_neighbors(std::uint32_t v, std::uint32_t w) const;
 
   // A vertex of that position, not yet in any triangle.
   std::uint32_t add_vertex(Vector3 at);
@@ -90,7 +90,7 @@ struct EditedMesh {
   void split_edge(std::uint32_t h, std::uint32_t p);
   // Turns the edge of h, which is no boundary, inside the quadrilateral of its two triangles. h then runs
   // from the apex on its other side to its old end. The caller has made sure that the two apexes are no
-  // neighbours.
+  // neighbors.
   void flip(std::uint32_t h);
   // Takes the triangle of the boundary edge of h away, whose apex is inside: it is at the boundary then.
   void remove_at_boundary(std::uint32_t h);

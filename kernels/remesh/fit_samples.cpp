@@ -62,7 +62,7 @@ class Fitter {
     for (std::uint32_t v = first_; v < last_; ++v) {
       bool on_line = false;
       double sum = 0, count = 0;
-      mesh_.for_neighbours(v, [&](std::uint32_t w, std::uint32_t h) {
+      mesh_.for_neighbors(v, [&](std::uint32_t w, std::uint32_t h) {
         on_line = on_line || mesh_.is_line(h);
         sum += distance(at(v), at(w));
         ++count;
@@ -77,7 +77,7 @@ class Fitter {
     return nearest_on_triangle(p, at(mesh_.vertex[h]), at(mesh_.vertex[h + 1]), at(mesh_.vertex[h + 2]));
   }
 
-  // From vertex to nearer vertex, then the nearest triangle around it and around its neighbours.
+  // From vertex to nearer vertex, then the nearest triangle around it and around its neighbors.
   void locate(std::size_t i) {
     const Vector3 p = points_[i].position;
     const auto squared = [&](std::uint32_t v) { return dot(at(v) - p, at(v) - p); };
@@ -85,7 +85,7 @@ class Fitter {
     double nearest = squared(v);
     for (int step = 0; step < longest_walk; ++step) {
       std::uint32_t next = v;
-      mesh_.for_neighbours(v, [&](std::uint32_t w, std::uint32_t) {
+      mesh_.for_neighbors(v, [&](std::uint32_t w, std::uint32_t) {
         if (squared(w) < nearest) {
           nearest = squared(w);
           next = w;

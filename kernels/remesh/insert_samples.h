@@ -9,8 +9,8 @@
 
 namespace meander {
 
-// Samples of one component, ascending by triangle; inside a triangle neighbours in the list are best
-// neighbours in space.
+// Samples of one component, ascending by triangle; inside a triangle neighbors in the list are best
+// neighbors in space.
 struct InsertedSamples {
   std::span<const std::uint32_t> triangle;  // S, of the component
   std::span<const double> weights;          // 2 S: barycentric weights of corners 1 and 2

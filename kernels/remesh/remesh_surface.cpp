@@ -255,7 +255,7 @@ class Remesher {
         part.extra.push_back(mesh.position[v]);
         part.origin.push_back(v < originals ? first + v : no_index);
         bool on_line = false;
-        mesh.for_neighbours(
+        mesh.for_neighbors(
             v, [&](std::uint32_t, std::uint32_t h) { on_line = on_line || mesh.is_crease_or_boundary(h); });
         ++(on_line ? part.report.line_vertices : part.report.kept_vertices);
       }

@@ -29,7 +29,7 @@ struct RemeshSamples {
   std::span<const std::uint32_t> triangle;  // N
   std::span<const float> weights;           // 2 N: barycentric weights of corners 1 and 2
   std::span<const double> position;         // 3 N, working units: where the vertices are
-  std::span<const std::uint32_t> rank;      // N: an order in which neighbours are near
+  std::span<const std::uint32_t> rank;      // N: an order in which neighbors are near
 };
 
 // What became of a surface.

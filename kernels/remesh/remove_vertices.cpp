@@ -24,10 +24,10 @@ constexpr std::array<Level, 4> levels = {
     {{0.8, 0.1, 10, 48}, {0.5, 0.02, 16, 24}, {0.1, 0.001, 64, 12}, {-2, -1.5, 1u << 20, 12}}};
 constexpr double worthwhile_round = 0.01;  // of the vertices left: with fewer removed, the next level
 constexpr double least_straight = 0.7;     // cosine of the largest turn of a line that is no corner
-constexpr std::size_t most_targets = 24;   // neighbours looked at, the nearest first
-constexpr std::uint32_t flips_per_neighbour = 4, vertices_between_checks = 512;
-constexpr std::uint32_t most_freed = 64;     // neighbours of a vertex that flips are to free
-constexpr std::uint32_t most_flipped = 256;  // neighbours of one that takes another: all may flip
+constexpr std::size_t most_targets = 24;   // neighbors looked at, the nearest first
+constexpr std::uint32_t flips_per_neighbor = 4, vertices_between_checks = 512;
+constexpr std::uint32_t most_freed = 64;     // neighbors of a vertex that flips are to free
+constexpr std::uint32_t most_flipped = 256;  // neighbors of one that takes another: all may flip
 
 class Remover {
  public:
@@ -66,7 +66,7 @@ class Remover {
     std::uint32_t edge = no_index;  // of the edge to it
     std::uint32_t vertex = no_index;
     double length = 0, shape = 0, drift = 0;
-    std::uint32_t other_end = no_index;  // the other neighbour on the line
+    std::uint32_t other_end = no_index;  // the other neighbor on the line
   };
 
   void remove_round(std::vector<std::uint32_t>& waiting) {
@@ -82,13 +82,13 @@ class Remover {
 
   Vector3 at(std::uint32_t v) const { return mesh_.position[v]; }
 
-  // The triangles around v: edges that start there, neighbours, and those among them that lines lead to.
+  // The triangles around v: edges that start there, neighbors, and those among them that lines lead to.
   void look_around(std::uint32_t v) {
     corners_.clear();
     targets_.clear();
     line_ends_.clear();
     mesh_.for_outgoing(v, [&](std::uint32_t h) { corners_.push_back(h); });
-    mesh_.for_neighbours(v, [&](std::uint32_t w, std::uint32_t h) {
+    mesh_.for_neighbors(v, [&](std::uint32_t w, std::uint32_t h) {
       Target target;
       target.edge = h;
       target.vertex = w;
@@ -148,7 +148,7 @@ class Remover {
   bool is_corner(std::uint32_t v) const {
     std::array<std::uint32_t, 2> ends = {no_index, no_index};
     std::size_t count = 0;
-    mesh_.for_neighbours(v, [&](std::uint32_t w, std::uint32_t h) {
+    mesh_.for_neighbors(v, [&](std::uint32_t w, std::uint32_t h) {
       if (!mesh_.is_line(h)) return;
       if (count < 2) ends[count] = w;
       ++count;
@@ -187,7 +187,7 @@ class Remover {
 
   void remove(std::uint32_t v, const Target& target) {
     const std::uint32_t w = target.vertex;
-    mesh_.for_neighbours(v, [&](std::uint32_t u, std::uint32_t) { locked_[u] = round_; });
+    mesh_.for_neighbors(v, [&](std::uint32_t u, std::uint32_t) { locked_[u] = round_; });
     for (const std::uint32_t end : {w, target.other_end})
       if (end < drift_.size()) drift_[end] = std::max(drift_[end], target.drift);
     moved_to_[v] = w;
@@ -200,11 +200,11 @@ class Remover {
     } else {
       mesh_.for_outgoing(w, add);
     }
-    const auto most = flips_per_neighbour * static_cast<std::uint32_t>(corners_.size());
+    const auto most = flips_per_neighbor * static_cast<std::uint32_t>(corners_.size());
     flip_to_delaunay(mesh_, edges_, most);
   }
 
-  // A vertex inside that no neighbour takes: with three neighbours left it can go, unless they and it are the
+  // A vertex inside that no neighbor takes: with three neighbors left it can go, unless they and it are the
   // whole surface.
   void free_by_flips(std::uint32_t v, bool (*may_flip)(const EditedMesh&, std::uint32_t)) {
     if (mesh_.out[v] == no_index) return;

@@ -400,7 +400,7 @@ class CrossingRepair {
   }
 
   // The vertices of the surface, there or gone, that lie around the place and belong to the two or to their
-  // neighbours.
+  // neighbors.
   void find_around(const std::array<Slot, 2>& pair) {
     const SpaceBox place = place_of(trial(pair[0]), trial(pair[1]), reach_);
     for (const Slot slot : pair) {
@@ -422,7 +422,7 @@ class CrossingRepair {
       };
       for (const std::uint32_t corner : trial(slot).vertex) {
         add_all(corner);
-        mesh.for_neighbours(corner, [&](std::uint32_t w, std::uint32_t) { add_all(w); });
+        mesh.for_neighbors(corner, [&](std::uint32_t w, std::uint32_t) { add_all(w); });
       }
     }
   }
@@ -444,7 +444,7 @@ class CrossingRepair {
     };
     for (const Slot slot : pair) {
       for (std::uint32_t h = 3 * slot.triangle; h < 3 * slot.triangle + 3; ++h) offer_edge(slot, h, offer);
-      offer_centre(slot, offer);
+      offer_center(slot, offer);
     }
     if (best.vertex == no_index || best.gain < least) return;
     EditedMesh& mesh = *parts_[best.part].mesh;
@@ -490,12 +490,12 @@ class CrossingRepair {
   }
 
   template <class Offer>
-  void offer_centre(Slot slot, const Offer& offer) {
+  void offer_center(Slot slot, const Offer& offer) {
     const EditedMesh& mesh = mesh_of(slot);
     const Trial now = trial(slot);
     const auto& [a, b, c] = now.vertex;
-    const Vector3 centre = (1. / 3) * (now.corner[0] + now.corner[1] + now.corner[2]);
-    const std::uint32_t p = nearest_gone(slot.part, now.vertex, centre, false);
+    const Vector3 center = (1. / 3) * (now.corner[0] + now.corner[1] + now.corner[2]);
+    const std::uint32_t p = nearest_gone(slot.part, now.vertex, center, false);
     if (p == no_index) return;
     const std::array<Trial, 3> trials = {trial_of(mesh, {a, b, p}), trial_of(mesh, {b, c, p}),
                                          trial_of(mesh, {c, a, p})};

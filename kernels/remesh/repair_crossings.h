@@ -35,7 +35,7 @@ struct CrossingReport {
 // between the ones that are there, the one that is nearest to the middle of an edge or a triangle. Every step
 // keeps the topology and makes no further crossings. Of long needles nearly all may be near each other: steps
 // end when they have looked at 256 triangles for each one of the mesh (and 2^22), a search when it has looked
-// at 256 pairs of boxes that meet for each triangle (and 2^24), or 2^21 for 256 neighbouring ones. O(T log
+// at 256 pairs of boxes that meet for each triangle (and 2^24), or 2^21 for 256 neighboring ones. O(T log
 // T) up to these bounds, 0.5 us a triangle of the mesh; where there are crossings also a search of the
 // surface, 1 us a triangle. Deterministic for every number of threads. Throws what `cancel` throws.
 //   reach: of `around`, over the longest edge of a pair

@@ -52,7 +52,7 @@ PictureView framed_view(std::span<const double> points, Vector3 view, Vector3 up
   const double scale = std::min(std::max(1.0, width - 2 * margin) / box.size(0),
                                 std::max(1.0, height - 2 * margin) / box.size(1));
   if (std::isfinite(scale)) made.scale = scale;
-  made.centre = box.middle(made);
+  made.center = box.middle(made);
   return made;
 }
 

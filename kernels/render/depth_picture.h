@@ -12,10 +12,10 @@ namespace meander {
 
 // Orthographic: from the model to pixels, x to the right, y down, z towards the eye (in pixels, too).
 struct PictureView : PictureAxes {
-  Vector3 centre{};  // of the model, at the middle of the picture
+  Vector3 center{};  // of the model, at the middle of the picture
   double scale = 1, middle_x = 0, middle_y = 0;
 
-  Vector3 point(Vector3 p) const { return scale * direction(p - centre) + Vector3{middle_x, middle_y, 0}; }
+  Vector3 point(Vector3 p) const { return scale * direction(p - center) + Vector3{middle_x, middle_y, 0}; }
 };
 
 // The view along `view` (from the model towards the eye, not along `up`) in which the points fill a

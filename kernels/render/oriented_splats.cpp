@@ -73,7 +73,7 @@ PlacedSplat place_splat(const OrientedSplats& splats, std::size_t i, const Splat
   PlacedSplat placed;
   const double scale = view.scale * placing.across;
   const double a = scale * splats.half_axes[2 * i], b = scale * splats.half_axes[2 * i + 1];
-  const Vector3 pixel = view.point(triple(splats.centres, i));
+  const Vector3 pixel = view.point(triple(splats.centers, i));
   Vector3 normal = view.direction(triple(splats.normals, i));
   const double length = norm(normal);
   // Splats this far outside the picture, or this large, exceed the precision of float.
@@ -280,7 +280,7 @@ SplatImage finished_image(const SplatPixels& pixels, const SplatView& view, doub
 }
 
 void check_splats(const OrientedSplats& splats) {
-  const std::size_t count = splats.centres.size() / 3;
+  const std::size_t count = splats.centers.size() / 3;
   const auto is = [](std::size_t size, std::size_t wanted) { return size == wanted; };
   if (!is(splats.normals.size(), 3 * count) || !is(splats.half_axes.size(), 2 * count) ||
       (!splats.directions.empty() && !is(splats.directions.size(), 3 * count)))
@@ -289,7 +289,7 @@ void check_splats(const OrientedSplats& splats) {
 
 std::vector<PlacedSplat> placed_splats(const OrientedSplats& splats, const SplatView& view,
                                        const Placing& placing) {
-  std::vector<PlacedSplat> placed(splats.centres.size() / 3);
+  std::vector<PlacedSplat> placed(splats.centers.size() / 3);
   parallel_blocks(placed.size(), 4096, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) placed[i] = place_splat(splats, i, view, placing);
   });
@@ -303,7 +303,7 @@ SplatView fitted_view(std::span<const float> points, Vector3 towards, Vector3 up
   SplatView view = directed_view(towards, up, width, height);
   const ViewBox box = box_along(points, {view.right, view.down, view.back});
   if (box.empty()) return view;
-  view.centre = box.middle(view);
+  view.center = box.middle(view);
   view.scale = fitting_scale(0.5 * box.size(0), 0.5 * box.size(1), view, margin);
   return view;
 }
@@ -315,11 +315,11 @@ SplatView turning_view(std::span<const float> points, Vector3 towards, Vector3 u
   const std::array<Vector3, 3> axes = {view.right, axis, cross(view.right, axis)};
   const ViewBox box = box_along(points, axes);
   if (box.empty()) return view;
-  view.centre = box.middle(axes);
+  view.center = box.middle(axes);
   const double sine = std::abs(dot(axis, view.back)), cosine = std::sqrt(std::max(0.0, 1 - sine * sine));
   double half_width = 0, half_height = 0;
   for (std::size_t i = 0; i < points.size() / 3; ++i) {
-    const Vector3 p = triple(points, i) - view.centre;
+    const Vector3 p = triple(points, i) - view.center;
     if (!finite_vector(p)) continue;
     const double along = dot(p, axis), beside = norm(p - along * axis);
     half_width = std::max(half_width, beside);
@@ -336,7 +336,7 @@ HalfAxes ellipse_axes(double area, double ratio) {
 
 SplatImage draw_splats(const OrientedSplats& splats, const SplatView& view, const SplatLook& look) {
   check_splats(splats);
-  const std::size_t count = splats.centres.size() / 3;
+  const std::size_t count = splats.centers.size() / 3;
   if (count > 0 && splats.colors.size() != 1 && splats.colors.size() != count)
     throw std::invalid_argument("one color per splat is needed, or one for all");
   const std::vector<PlacedSplat> placed = placed_splats(

@@ -13,12 +13,12 @@ namespace meander {
 
 // Orthographic: from the model to pixels, x to the right, y down, z towards the eye, all in pixels.
 struct SplatView : PictureAxes {
-  Vector3 centre{};  // model point in the middle of the picture
+  Vector3 center{};  // model point in the middle of the picture
   double scale = 1;  // pixels per unit of the model
   std::uint32_t width = 640, height = 480;
 
   Vector3 point(Vector3 p) const {
-    return scale * direction(p - centre) + Vector3{0.5 * width, 0.5 * height, 0};
+    return scale * direction(p - center) + Vector3{0.5 * width, 0.5 * height, 0};
   }
 };
 
@@ -33,7 +33,7 @@ SplatView turning_view(std::span<const float> points, Vector3 towards, Vector3 u
 
 // n ellipses. Those that are not finite or have no area are left out.
 struct OrientedSplats {
-  std::span<const float> centres;     // 3 n
+  std::span<const float> centers;     // 3 n
   std::span<const float> normals;     // 3 n; outwards, if the surface is closed
   std::span<const float> directions;  // 3 n: of the first half-axis, in the tangent plane; empty: any
   std::span<const float> half_axes;   // 2 n: along and across the direction, in the units of the centers

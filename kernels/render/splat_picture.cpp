@@ -16,7 +16,7 @@ namespace {
 constexpr std::uint32_t oversampling = 3;
 
 struct Camera : PictureAxes {
-  Vector3 centre;            // model point in the middle of the picture
+  Vector3 center;            // model point in the middle of the picture
   double scale = 1;          // fine pixels per unit of the model
   double spacing = 1;        // sqrt(area / N) in fine pixels
   double middle = 0;         // fine pixels from the border to the middle
@@ -44,7 +44,7 @@ bool place_camera(Camera& camera, std::span<const float> points, double area,
   camera.scale = extent > 0 ? room / (extent + 2 * parameters.disc_radius * spacing) : 1;
   camera.spacing = extent > 0 ? spacing * camera.scale : largest_spacing * room;
   camera.middle = 0.5 * fine;
-  camera.centre = box.middle(camera);
+  camera.center = box.middle(camera);
   camera.near = 0.5 * box.size(2) * camera.scale;
   camera.far = -camera.near;
   return true;
@@ -141,7 +141,7 @@ RgbImage splat_picture(std::span<const float> points, std::span<const float> nor
   for (std::size_t i = 0; i < count; ++i) {
     const Vector3 p = vector_at(points, i), n = vector_at(normals, i);
     if (!finite_vector(p)) continue;
-    const Vector3 offset = camera.scale * (p - camera.centre);
+    const Vector3 offset = camera.scale * (p - camera.center);
     const Vector3 at = camera.direction(offset) + Vector3{camera.middle, camera.middle, 0};
     Vector3 facing = camera.direction(n);
     if (!finite_vector(facing) || norm(facing) < 1e-6) facing = {0, 0, 1};

@@ -1,4 +1,4 @@
-// Synthesised brushes: the textures of strokes, and the paper below them.
+// Synthesized brushes: the textures of strokes, and the paper below them.
 #pragma once
 
 #include <cstdint>

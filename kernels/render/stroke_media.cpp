@@ -99,7 +99,7 @@ StrokeStyle pencil(bool many_tones) {
                     hatching_layer(LayerPurpose::cross, 0.6, 2.2, 16, 44, 0),
                     hatching_layer(LayerPurpose::contour, 0, 1.7, 16, 30, 0)};
   }
-  for (StrokeLayer& each : style.layers) each.opacity = 0.5;  // graphite is grey: darkness is many lines
+  for (StrokeLayer& each : style.layers) each.opacity = 0.5;  // graphite is gray: darkness is many lines
   return style;
 }
 

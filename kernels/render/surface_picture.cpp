@@ -15,11 +15,11 @@ constexpr std::uint32_t samples_across = 3;
 
 // From the model to fine pixels: x to the right, y down, z towards the eye.
 struct View : PictureAxes {
-  Vector3 centre{};
+  Vector3 center{};
   double scale = 1, middle = 0, far = 0;
 
   Vector3 vector(Vector3 v) const { return scale * direction(v); }
-  Vector3 point(Vector3 p) const { return vector(p - centre) + Vector3{middle, middle, 0}; }
+  Vector3 point(Vector3 p) const { return vector(p - center) + Vector3{middle, middle, 0}; }
 };
 
 View place_view(const SurfaceScene& scene, const SurfacePictureParameters& parameters) {
@@ -32,7 +32,7 @@ View place_view(const SurfaceScene& scene, const SurfacePictureParameters& param
   const double extent = std::max(box.size(0), box.size(1));
   view.scale = extent > 0 ? fine * (1 - 2 * parameters.margin) / extent : 1;
   view.middle = 0.5 * fine;
-  view.centre = box.middle(view);
+  view.center = box.middle(view);
   view.far = -0.5 * box.size(2) * view.scale;
   return view;
 }
@@ -118,14 +118,14 @@ void draw_mesh(SurfaceCanvas& canvas, const View& view, const SurfaceScene& scen
 
 // Calls paint(pixel, difference from `center`) for every covered pixel within `reach` of it in the picture.
 template <class Paint>
-void around(const SurfaceCanvas& canvas, Vector3 centre, double reach, Paint paint) {
+void around(const SurfaceCanvas& canvas, Vector3 center, double reach, Paint paint) {
   const PixelRange range =
-      pixels_around(canvas, centre.x - reach, centre.x + reach, centre.y - reach, centre.y + reach);
+      pixels_around(canvas, center.x - reach, center.x + reach, center.y - reach, center.y + reach);
   for (std::int64_t y = range.first_y; y <= range.last_y; ++y)
     for (std::int64_t x = range.first_x; x <= range.last_x; ++x) {
       const auto i = static_cast<std::size_t>(y * canvas.size + x);
       if (canvas.depth[i] == empty_depth) continue;
-      paint(i, Vector3{static_cast<double>(x), static_cast<double>(y), double{canvas.depth[i]}} - centre);
+      paint(i, Vector3{static_cast<double>(x), static_cast<double>(y), double{canvas.depth[i]}} - center);
     }
 }
 
@@ -133,14 +133,14 @@ void paint_ellipses(SurfaceCanvas& canvas, const View& view, const std::vector<S
   if (ellipses.empty()) return;
   std::vector<float> nearest(canvas.depth.size(), 1.0f);
   for (const SurfaceEllipse& ellipse : ellipses) {
-    const Vector3 centre = view.point(ellipse.centre), a = view.vector(ellipse.first),
+    const Vector3 center = view.point(ellipse.center), a = view.vector(ellipse.first),
                   b = view.vector(ellipse.second);
     const double aa = dot(a, a), bb = dot(b, b);
-    if (!finite_vector(centre) || !(aa > 0) || !(bb > 0) || !std::isfinite(aa + bb)) continue;
+    if (!finite_vector(center) || !(aa > 0) || !(bb > 0) || !std::isfinite(aa + bb)) continue;
     Vector3 normal = unit_vector(cross(a, b));
     if (normal.z < 0) normal = -1.0 * normal;
     const double reach = std::sqrt(std::max(aa, bb));
-    around(canvas, centre, reach, [&](std::size_t i, Vector3 d) {
+    around(canvas, center, reach, [&](std::size_t i, Vector3 d) {
       const double p = dot(d, a) / aa, q = dot(d, b) / bb, square = p * p + q * q;
       if (square >= nearest[i]) return;
       // Not the other side of a thin part, nor a fold that comes near.
@@ -176,26 +176,26 @@ void paint_lines(SurfaceCanvas& canvas, const View& view, const std::vector<Surf
 
 void paint_dots(SurfaceCanvas& canvas, const View& view, const std::vector<SurfaceDot>& dots) {
   for (const SurfaceDot& dot_mark : dots) {
-    const Vector3 centre = view.point(dot_mark.centre);
+    const Vector3 center = view.point(dot_mark.center);
     const double radius = samples_across * dot_mark.radius;
-    if (!finite_vector(centre) || centre.x < 0 || centre.y < 0) continue;
+    if (!finite_vector(center) || center.x < 0 || center.y < 0) continue;
     // Whole disks, where the surface at the center is not hidden.
-    const auto x = static_cast<std::int64_t>(std::lround(centre.x)),
-               y = static_cast<std::int64_t>(std::lround(centre.y));
+    const auto x = static_cast<std::int64_t>(std::lround(center.x)),
+               y = static_cast<std::int64_t>(std::lround(center.y));
     if (x >= canvas.size || y >= canvas.size) continue;
     const float seen = canvas.depth[static_cast<std::size_t>(y * canvas.size + x)];
-    if (seen != empty_depth && seen > centre.z + 2 * radius) continue;
+    if (seen != empty_depth && seen > center.z + 2 * radius) continue;
     const PixelRange range =
-        pixels_around(canvas, centre.x - radius, centre.x + radius, centre.y - radius, centre.y + radius);
+        pixels_around(canvas, center.x - radius, center.x + radius, center.y - radius, center.y + radius);
     for (std::int64_t py = range.first_y; py <= range.last_y; ++py)
       for (std::int64_t px = range.first_x; px <= range.last_x; ++px) {
-        const double dx = static_cast<double>(px) - centre.x, dy = static_cast<double>(py) - centre.y;
+        const double dx = static_cast<double>(px) - center.x, dy = static_cast<double>(py) - center.y;
         const double square = (dx * dx + dy * dy) / (radius * radius);
         if (square > 1) continue;
         const auto i = static_cast<std::size_t>(py * canvas.size + px);
         canvas.color[i] = square > 0.62 ? SrgbColor{255, 255, 255} : dot_mark.color;
         canvas.light[i] = 1;
-        if (canvas.depth[i] == empty_depth) canvas.depth[i] = static_cast<float>(centre.z);
+        if (canvas.depth[i] == empty_depth) canvas.depth[i] = static_cast<float>(center.z);
       }
   }
 }

@@ -14,7 +14,7 @@ namespace meander {
 // Positions in the units of the mesh. Marks cover the visible part of the surface that lies within them, so
 // that they follow its curvature and those behind it are hidden.
 struct SurfaceEllipse {
-  Vector3 centre, first, second;  // half-axes, orthogonal, not zero: in the tangent plane
+  Vector3 center, first, second;  // half-axes, orthogonal, not zero: in the tangent plane
   SrgbColor color{};
 };
 struct SurfaceLine {
@@ -23,7 +23,7 @@ struct SurfaceLine {
   SrgbColor color{};
 };
 struct SurfaceDot {
-  Vector3 centre;
+  Vector3 center;
   double radius = 6;  // pixels, with its white rim
   SrgbColor color{};
 };
@@ -33,7 +33,7 @@ struct SurfaceDot {
 struct SurfaceScene {
   std::span<const double> positions;     // 3 V
   std::span<const std::uint32_t> faces;  // 3 T
-  std::vector<SrgbColor> face_colors;    // T, or empty: pale grey
+  std::vector<SrgbColor> face_colors;    // T, or empty: pale gray
   std::vector<SurfaceEllipse> ellipses{};
   std::vector<SurfaceLine> lines{};
   std::vector<SurfaceDot> dots{};

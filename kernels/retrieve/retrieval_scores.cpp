@@ -157,7 +157,7 @@ std::vector<std::pair<std::uint32_t, double>> classes_of_nearest(const Retrieval
 // Applies change(own, other's) to every score.
 template <class Change>
 void change_each(RetrievalScores& scores, const RetrievalScores& other, const Change& change) {
-  change(scores.nearest_neighbour, other.nearest_neighbour);
+  change(scores.nearest_neighbor, other.nearest_neighbor);
   change(scores.first_tier, other.first_tier);
   change(scores.second_tier, other.second_tier);
   change(scores.e_measure, other.e_measure);
@@ -214,7 +214,7 @@ QueryScores score_query(const RetrievalTask& task, std::size_t query, std::span<
   const auto count = static_cast<double>(wanted);
   QueryScores result;
   RetrievalScores& scores = result.scores;
-  scores.nearest_neighbour = expected_hits(places, 1);
+  scores.nearest_neighbor = expected_hits(places, 1);
   scores.first_tier = expected_hits(places, wanted) / count;
   scores.second_tier = expected_hits(places, std::min(2 * wanted, others)) / count;
   const std::size_t first = std::min<std::size_t>(32, others);
@@ -244,7 +244,7 @@ QueryScores score_query(const RetrievalTask& task, std::size_t query, std::span<
   return result;
 }
 
-RetrievalSummary summarise(const RetrievalTask& task, std::span<const QueryScores> queries,
+RetrievalSummary summarize(const RetrievalTask& task, std::span<const QueryScores> queries,
                            bool with_confusion) {
   const std::size_t classes = task.members.size();
   RetrievalSummary summary;

@@ -17,9 +17,9 @@ constexpr double recall_level(std::size_t i) { return static_cast<double>(i + 1)
 
 // Scores of a ranked list of N rows with the query, which is not in its own list; C: the size of its class.
 struct RetrievalScores {
-  double nearest_neighbour = 0;  // share of queries whose first row is of their class
-  double first_tier = 0;         // hits in the first C-1 rows / (C-1)
-  double second_tier = 0;        // hits in the first min(2 (C-1), N-1) / (C-1)
+  double nearest_neighbor = 0;  // share of queries whose first row is of their class
+  double first_tier = 0;        // hits in the first C-1 rows / (C-1)
+  double second_tier = 0;       // hits in the first min(2 (C-1), N-1) / (C-1)
   // 2 / (1/P + 1/R) over the first K = min(32, N-1) rows, that is 2 hits / (K + C - 1).
   double e_measure = 0;
   // G_1 + sum_{i >= 2} G_i / log2(i), G_i = 1 for a hit at rank i, over the same with C-1 hits in front
@@ -85,7 +85,7 @@ struct RetrievalSummary {
 // Summarizes scores. queries: one entry per row of the task; those of rows that are not scored are not read.
 // Sums run in the order of the rows. Everything is zero where nothing is scored. with_confusion takes memory
 // for every pair of classes.
-RetrievalSummary summarise(const RetrievalTask& task, std::span<const QueryScores> queries,
+RetrievalSummary summarize(const RetrievalTask& task, std::span<const QueryScores> queries,
                            bool with_confusion = true);
 
 }  // namespace meander

@@ -68,7 +68,7 @@ std::vector<RetrievalSummary> score_combinations(const DescriptorBase& base, con
         scores[q * settings + s] =
             score_query(task, query, combined_distances(base, combinations[s], lists)).scores;
     });
-    // Sums are in the order of the rows, as in summarise.
+    // Sums are in the order of the rows, as in summarize.
     for (std::size_t q = 0; q < count; ++q)
       for (std::size_t s = 0; s < settings; ++s) {
         result[s].micro += scores[q * settings + s];
@@ -92,9 +92,9 @@ std::vector<RetrievalSummary> score_combinations(const DescriptorBase& base, con
 double criterion_of(const RetrievalScores& scores, SettingCriterion criterion) {
   switch (criterion) {
     case SettingCriterion::nearest_and_first_tier:
-      return (scores.nearest_neighbour + scores.first_tier) / 2;
-    case SettingCriterion::nearest_neighbour:
-      return scores.nearest_neighbour;
+      return (scores.nearest_neighbor + scores.first_tier) / 2;
+    case SettingCriterion::nearest_neighbor:
+      return scores.nearest_neighbor;
     case SettingCriterion::first_tier:
       return scores.first_tier;
     case SettingCriterion::second_tier:

@@ -33,7 +33,7 @@ std::vector<RetrievalSummary> score_combinations(const DescriptorBase& base, con
 // The criterion of the best setting; larger values are better.
 enum class SettingCriterion : std::uint8_t {
   nearest_and_first_tier,  // the mean of the two
-  nearest_neighbour,
+  nearest_neighbor,
   first_tier,
   second_tier,
   e_measure,

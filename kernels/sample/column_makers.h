@@ -39,7 +39,7 @@ struct ColumnBytes {
 struct ColumnMaker {
   std::size_t column = 0;  // in sample_columns
   std::string_view stage;
-  // Fills the array of row.samples, which are placed, and what the report says of it. Throws RunCancelled and
+  // Fills the array of row.samples, which are placed, and what the report says of it. Throws RunCanceled and
   // ItemError(timeout) by source.cancel.
   MadeColumn (*make)(const ColumnSource& source, Row& row) = nullptr;
   ColumnReads reads = {};

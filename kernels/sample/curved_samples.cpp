@@ -68,7 +68,7 @@ std::vector<double> crease_normals(std::span<const double> x, std::span<const do
     if (end - begin != 2) continue;
     const std::uint32_t a = edges[begin].index, b = edges[begin + 1].index;
     const Vector3 &na = face_normal[a / 3], &nb = face_normal[b / 3];
-    // Both half-edges begin at one vertex where neighbours are turned against each other.
+    // Both half-edges begin at one vertex where neighbors are turned against each other.
     if (a / 3 == b / 3 || triangles[a] == triangles[b]) continue;
     if (dot(na, na) == 0 || dot(nb, nb) == 0 || dot(na, nb) < least_cosine) continue;
     sets.join(a, static_cast<std::uint32_t>(next_corner(b)));

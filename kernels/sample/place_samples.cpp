@@ -34,7 +34,7 @@ OutputFrame float_frame(const std::array<double, 6>& bbox, const BoxFrame& box) 
   double largest = 0;
   for (const double c : bbox) largest = std::max(largest, std::abs(c));
   if (largest > float_headroom * box.diagonal) {
-    frame.loc = box.centre;
+    frame.loc = box.center;
     largest = box.unit;
   }
   if (largest > largest_coordinate || box.unit < least_unit) frame.scale = box.unit;
@@ -42,9 +42,9 @@ OutputFrame float_frame(const std::array<double, 6>& bbox, const BoxFrame& box) 
 }
 
 OutputFrame output_frame(const PreparedMesh& mesh, NormalizeKind kind) {
-  if (kind == NormalizeKind::none) return float_frame(mesh.bbox, {mesh.centre, mesh.unit, mesh.diagonal});
+  if (kind == NormalizeKind::none) return float_frame(mesh.bbox, {mesh.center, mesh.unit, mesh.diagonal});
   OutputFrame frame;
-  frame.loc = mesh.centre;
+  frame.loc = mesh.center;
   if (kind == NormalizeKind::unit_box) {
     frame.scale =
         std::max({mesh.bbox[3] - mesh.bbox[0], mesh.bbox[4] - mesh.bbox[1], mesh.bbox[5] - mesh.bbox[2]});
@@ -251,12 +251,11 @@ double sample_bytes(const PlaceParameters& parameters, bool in_metric) {
   constexpr double bytes_per_sample = 160;  // sequence, points twice, row, encoded row
   // Spaced samples have boxes, positions, names, cells of the grid and chosen places, for all strata and for
   // the coarser ones; the places that strata offer; and lists of neighbors (up to 192 in stacked sheets).
-  constexpr double bytes_per_spaced_sample = 250, bytes_per_place = 6, bytes_per_neighbour = 4,
-                   neighbours = 60;
+  constexpr double bytes_per_spaced_sample = 250, bytes_per_place = 6, bytes_per_neighbor = 4, neighbors = 60;
   constexpr double bytes_per_metric = 60;
   double bytes = bytes_per_sample;
   if (parameters.sequence == SequenceKind::spaced)
-    bytes += bytes_per_spaced_sample + neighbours * bytes_per_neighbour +
+    bytes += bytes_per_spaced_sample + neighbors * bytes_per_neighbor +
              spacing_parameters(parameters.spacing).candidates * bytes_per_place +
              (in_metric ? bytes_per_metric : 0.0);
   return parameters.samples * bytes;

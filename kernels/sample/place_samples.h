@@ -71,12 +71,12 @@ struct OutputFrame {
   }
 };
 // The frame that keeps points in the box apart in float32: loc 0 and scale 1 wherever that holds them. loc is
-// the box centre once max |coordinate| > 2^10 diagonal; scale is the box's unit, a power of two, where
+// the box center once max |coordinate| > 2^10 diagonal; scale is the box's unit, a power of two, where
 // coordinates would come near the largest float32 (above 2^120) or the box is not large against the least one
 // (unit below 2^-126).
 OutputFrame float_frame(const std::array<double, 6>& bbox, const BoxFrame& box);
-// none: float_frame. The others have the box centre as loc and as scale: unit_box its longest side,
-// unit_diagonal its diagonal, unit_sphere the largest distance of a used vertex from that centre. The frame
+// none: float_frame. The others have the box center as loc and as scale: unit_box its longest side,
+// unit_diagonal its diagonal, unit_sphere the largest distance of a used vertex from that center. The frame
 // of pointnet follows from the samples: place_samples makes it, and is given that of unit_sphere, as here.
 OutputFrame output_frame(const PreparedMesh& mesh, NormalizeKind kind);
 

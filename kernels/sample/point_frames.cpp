@@ -19,9 +19,9 @@ std::vector<double> working_points(const ItemReport& report, std::span<const flo
   std::vector<double> working;
   working.reserve(points.size());
   // Never in coordinates of the file, which may be too small for double to distinguish the points.
-  const std::array<double, 3> shift = {(report.loc[0] - mesh.centre.x) / mesh.unit,
-                                       (report.loc[1] - mesh.centre.y) / mesh.unit,
-                                       (report.loc[2] - mesh.centre.z) / mesh.unit};
+  const std::array<double, 3> shift = {(report.loc[0] - mesh.center.x) / mesh.unit,
+                                       (report.loc[1] - mesh.center.y) / mesh.unit,
+                                       (report.loc[2] - mesh.center.z) / mesh.unit};
   const double scale = report.scale / mesh.unit;
   for (std::size_t i = 0; i < points.size(); ++i) working.push_back(shift[i % 3] + scale * double{points[i]});
   return working;
@@ -39,10 +39,10 @@ std::vector<double> working_points(std::span<const double> file_points, const Pr
 
 std::vector<float> stored_points(std::span<const double> working, const PreparedMesh& mesh,
                                  const OutputFrame& frame) {
-  // The centre less loc first: where both are far from the origin, nothing of the points is lost.
-  const std::array<double, 3> shift = {(mesh.centre.x - frame.loc.x) / mesh.unit,
-                                       (mesh.centre.y - frame.loc.y) / mesh.unit,
-                                       (mesh.centre.z - frame.loc.z) / mesh.unit};
+  // The center less loc first: where both are far from the origin, nothing of the points is lost.
+  const std::array<double, 3> shift = {(mesh.center.x - frame.loc.x) / mesh.unit,
+                                       (mesh.center.y - frame.loc.y) / mesh.unit,
+                                       (mesh.center.z - frame.loc.z) / mesh.unit};
   const double scale = frame.scale / mesh.unit;
   std::vector<float> stored(working.size());
   for (std::size_t i = 0; i < stored.size(); ++i)

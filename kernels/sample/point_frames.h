@@ -24,12 +24,12 @@ std::vector<double> file_points(const ItemReport& report, std::span<const float>
 
 // File coordinates in working units, and back.
 inline Vector3 to_working(const PreparedMesh& mesh, Vector3 file) {
-  return {(file.x - mesh.centre.x) / mesh.unit, (file.y - mesh.centre.y) / mesh.unit,
-          (file.z - mesh.centre.z) / mesh.unit};
+  return {(file.x - mesh.center.x) / mesh.unit, (file.y - mesh.center.y) / mesh.unit,
+          (file.z - mesh.center.z) / mesh.unit};
 }
 inline Vector3 to_file(const PreparedMesh& mesh, Vector3 working) {
-  return {mesh.centre.x + mesh.unit * working.x, mesh.centre.y + mesh.unit * working.y,
-          mesh.centre.z + mesh.unit * working.z};
+  return {mesh.center.x + mesh.unit * working.x, mesh.center.y + mesh.unit * working.y,
+          mesh.center.z + mesh.unit * working.z};
 }
 
 // All points of a row in working units of the mesh they were sampled from, 3 N numbers. O(N).

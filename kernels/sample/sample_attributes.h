@@ -30,7 +30,7 @@ struct SampleValues {
 // to NAME_(W - 1) or, where there is no NAME_0, NAME_x, NAME_y, NAME_z and NAME_w; all W of them must be of
 // vertices, or all of faces, and they are integers where all W are. A sample of which one number is not
 // finite, or not as float32 (an integer: not exactly), has NaN in all of them; in a column of classes one of
-// which a number is not whole, or not within int32, has no_sample_class. Throws RunCancelled and
+// which a number is not whole, or not within int32, has no_sample_class. Throws RunCanceled and
 // ItemError(timeout) by `cancel`. O(N), of integers O(N + V).
 SampleValues sample_attribute(const PolygonMesh& mesh, const AttributeColumn& column, const Samples& samples,
                               const CancelToken& cancel = {});

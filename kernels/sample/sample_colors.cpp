@@ -73,7 +73,7 @@ SampleColors sample_colors(const PolygonMesh& mesh, const Samples& samples, cons
     const Color texture = textured ? textures.color(samples, i) : no_color;
     const Color vertex = vertex_color(colors, samples, i), face = color_at(colors.face, samples.face[i]);
     const bool of_texture = is_color(texture), of_vertices = is_color(vertex), has_face = is_color(face);
-    // What stands in for a lost image would hide that it is lost, unless it is a colour of its own.
+    // What stands in for a lost image would hide that it is lost, unless it is a color of its own.
     const bool has_color = textured ? of_texture || (of_vertices && !colors.linear) : of_vertices || has_face;
     if (!has_color) {
       ++made.fills;

@@ -1,4 +1,4 @@
-// The frame that a set of points defines: the normalisation of PointNet.
+// The frame that a set of points defines: the normalization of PointNet.
 #pragma once
 
 #include <algorithm>
@@ -31,7 +31,7 @@ OutputFrame frame_of_points(const PreparedMesh& mesh, std::size_t count, const F
   std::vector<Vector3> sums(blocks);
   parallel_blocks(count, sum_block, [&](std::size_t begin, std::size_t end) {
     Vector3 sum;
-    for (std::size_t i = begin; i < end; ++i) sum = sum + from(mesh.centre, i);
+    for (std::size_t i = begin; i < end; ++i) sum = sum + from(mesh.center, i);
     sums[begin / sum_block] = sum;
   });
   Vector3 total;

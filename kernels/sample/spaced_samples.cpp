@@ -36,7 +36,7 @@ constexpr float torn_extent = 2;
 // How far from their strata's first places samples are put: in reaches, and in extents of the stratum.
 constexpr float torn_margin = 0.5f, box_margin = 0.125f;
 // Strata that are looked at around one: about 14 on a smooth surface, more where sheets are stacked.
-constexpr std::size_t most_neighbours = 192;
+constexpr std::size_t most_neighbors = 192;
 // The first level of a progressive set has 2^6 samples.
 constexpr int first_level = 6;
 // The last two levels are one where the last has fewer strata than this times those of the one before.
@@ -90,7 +90,7 @@ class SpacedLevel {
       number_[s] = random_words(offer_.key, Stream::stratum_start, index)[0] % parameters_.candidates;
       sample_[s] = offered_.place(s, number_[s]);
     }
-    find_neighbours();
+    find_neighbors();
     for (std::uint32_t sweep = 0; sweep < parameters_.sweeps; ++sweep)
       visit_all(free, [&](std::uint32_t s, Visit& visit) { choose(s, visit); });
     std::vector<std::uint32_t> crowded = free;
@@ -134,7 +134,7 @@ class SpacedLevel {
   };
 
   // Lists the strata around each one whose sample is to be chosen.
-  void find_neighbours() {
+  void find_neighbors() {
     // Cells begin at the least reach, unless the density differs by more than any stratum needs to see.
     const float least = *std::min_element(reach_.begin(), reach_.end());
     StratumGrid grid(std::max(static_cast<double>(least), least_cell * mean_reach()));
@@ -165,7 +165,7 @@ class SpacedLevel {
         };
         offered_.load(stratum, places, 0);
         grid.find(places.x, places.y, places.z, offered_.box(stratum), torn_[stratum] != 0, around,
-                  most_neighbours, is_near, scratch, found);
+                  most_neighbors, is_near, scratch, found);
         all.push_back(stratum);  // always, however many others there are
         all.insert(all.end(), found.begin(), found.end());
       }
@@ -197,7 +197,7 @@ class SpacedLevel {
     return may_touch(stratum, point, margin_[stratum], places);
   }
 
-  std::span<const std::uint32_t> neighbours(std::uint32_t stratum) const {
+  std::span<const std::uint32_t> neighbors(std::uint32_t stratum) const {
     const std::span<const std::uint32_t> of_block = near_[stratum / draw_block];
     const std::size_t begin = near_begin_[stratum];
     const bool last = stratum + 1 == blocks_.count || (stratum + 1) % draw_block == 0;
@@ -215,7 +215,7 @@ class SpacedLevel {
   void measure_distances(std::uint32_t stratum, Visit& visit) const {
     visit.box = box_of(visit.places);
     visit.samples.resize(0);
-    for (const std::uint32_t other : neighbours(stratum)) {
+    for (const std::uint32_t other : neighbors(stratum)) {
       if (other == stratum) continue;
       const bool own = visit.before.empty() || (other >= visit.own_begin && other < visit.own_end);
       const Point& sample = own ? sample_[other] : visit.before[other];
@@ -235,7 +235,7 @@ class SpacedLevel {
     const float farthest = std::sqrt(*std::max_element(visit.squared.begin(), visit.squared.end()));
     const PointBox box = grown(visit.box, in_space(stratum, farthest));
     visit.weight.clear();
-    for (const std::uint32_t other : neighbours(stratum)) {
+    for (const std::uint32_t other : neighbors(stratum)) {
       if (!overlap(offered_.box(other), box)) continue;
       const std::size_t first = visit.weight.size();
       visit.weight.resize(first + places, weight_of(other));

@@ -57,7 +57,7 @@ struct PointDraw {
   PhiloxBlock words{};  // the first of them; words[0] has made `at`
 };
 
-// Distances near a point: rows by which differences are multiplied to have round neighbourhoods of the same
+// Distances near a point: rows by which differences are multiplied to have round neighborhoods of the same
 // mass, and the factor by which these are longer in space than round ones.
 struct LocalMetric {
   std::array<std::array<float, 3>, 3> rows{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};

@@ -72,15 +72,15 @@ std::int64_t StratumGrid::cell_along(double coordinate, std::size_t level) const
 
 void StratumGrid::add(const PointBox& box, float around) {
   double extent = static_cast<double>(around);
-  std::array<double, 3> centre;
+  std::array<double, 3> center;
   for (std::size_t k = 0; k < 3; ++k) {
     extent = std::max(extent, double(box.high[k]) - double(box.low[k]));
-    centre[k] = 0.5 * (double(box.low[k]) + double(box.high[k]));
+    center[k] = 0.5 * (double(box.low[k]) + double(box.high[k]));
   }
   std::size_t level = 0;
   while (level < most_level && extent > 2 * half_box * cell_[level]) ++level;
-  const std::int64_t x = cell_along(centre[0], level), y = cell_along(centre[1], level),
-                     z = cell_along(centre[2], level);
+  const std::int64_t x = cell_along(center[0], level), y = cell_along(center[1], level),
+                     z = cell_along(center[2], level);
   const std::uint64_t key = brick_key(x >> 2, y >> 2, z >> 2, level);
   const std::uint64_t cell = key << 6 | static_cast<std::uint64_t>((z & 3) << 4 | (y & 3) << 2 | (x & 3));
   levels_ |= std::uint64_t{1} << level;

@@ -15,7 +15,7 @@ struct PointBox {
   std::array<float, 3> low, high;
 };
 
-// Boxes of strata in a grid of cells in space, each in the cell of its centre. A grid of level l has cells
+// Boxes of strata in a grid of cells in space, each in the cell of its center. A grid of level l has cells
 // 2^l times as large as those of level 0; a box lies in the first one whose cells are at least two thirds as
 // large as the box, and as what its stratum looks at around it. Cells are kept by bricks of 4 x 4 x 4.
 class StratumGrid {

@@ -193,7 +193,7 @@ class WalkSystem {
       return;
     }
     throw ItemError(Status::internal, "the random walk over " + std::to_string(triangle_.size()) +
-                                          " triangles cannot be factorised");
+                                          " triangles cannot be factorized");
   }
 
   const PreparedMesh& mesh_;

@@ -43,7 +43,7 @@ TriangleSteps triangle_steps(const PreparedMesh& mesh, const TensorField& field,
 // seeds.size() + l, i counted from the component's first triangle; rows sum to 1 up to rounding. Seeds:
 // different triangles (indices in the mesh) of this component, at least one, otherwise std::invalid_argument.
 // One sparse Cholesky factorization, then one back-substitution for each 16 seeds. The same bits for every
-// thread count. Throws timeout / RunCancelled; ItemError(internal) when the system cannot be factorized.
+// thread count. Throws timeout / RunCanceled; ItemError(internal) when the system cannot be factorized.
 std::vector<double> random_walk_probabilities(const PreparedMesh& mesh, const Component& component,
                                               std::span<const double> weight,
                                               std::span<const std::uint32_t> seeds,

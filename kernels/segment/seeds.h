@@ -16,7 +16,7 @@ namespace meander {
 // all seeds, ties to the lower index. Returns triangles in the order in which they were found: first one for
 // every component, in the order of components, then the others up to `count` in all; fewer where every other
 // triangle lies at distance 0. O(T log T) for the first seeds, less for each further one. Throws timeout /
-// RunCancelled.
+// RunCanceled.
 std::vector<std::uint32_t> farthest_seeds(const PreparedMesh& mesh, std::span<const double> length,
                                           std::uint32_t count, const CancelToken& cancel = {});
 

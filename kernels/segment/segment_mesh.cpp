@@ -179,7 +179,7 @@ SegmentedMesh split_into_segments(const PreparedMesh& mesh, std::span<const std:
 
   SegmentedMesh result;
   PreparedMesh& out = result.mesh;
-  out.centre = mesh.centre;
+  out.center = mesh.center;
   out.unit = mesh.unit;
   out.diagonal = mesh.diagonal;
   out.bbox = mesh.bbox;

@@ -15,7 +15,7 @@ namespace meander {
 class DirichletLaplacian {
  public:
   // Factorizes A_II by sparse Cholesky, with work out of `budget`. half_cotangent: 3 T as in CornerGeometry,
-  // freed before the factorization; on_boundary: V flags. O(V^1.5). Throws timeout / RunCancelled.
+  // freed before the factorization; on_boundary: V flags. O(V^1.5). Throws timeout / RunCanceled.
   DirichletLaplacian(const IntrinsicDisk& disk, std::vector<double> half_cotangent,
                      std::span<const std::uint8_t> on_boundary, const CancelToken& cancel,
                      WorkBudget* budget = nullptr);

@@ -48,7 +48,7 @@ class SparseCholesky {
  public:
   // `values` beside graph.neighbors holds the entries off the diagonal (repeats are added, no vertex is its
   // own neighbor), `diagonal` those on it. The elimination order starts from `order` and is refined so that
-  // supernodes are contiguous. O(n^1.5) for planar graphs. Throws timeout / RunCancelled.
+  // supernodes are contiguous. O(n^1.5) for planar graphs. Throws timeout / RunCanceled.
   void factorize(const UnknownGraph& graph, std::span<const double> values, std::span<const double> diagonal,
                  std::span<const std::uint32_t> order, const CancelToken& cancel = {});
   // The same; the memory of `matrix` is freed before the factor is made. The work, known from the structure,

@@ -19,7 +19,7 @@ class SparseLu {
  public:
   // Frees the memory of `matrix` before the factors are made. The work, known from the structure, is taken
   // out of `budget` first. Returns false when a pivot is 0 or not finite, or the budget does not suffice;
-  // solve() must not be called then. O(n^1.5) for planar graphs. Throws timeout / RunCancelled.
+  // solve() must not be called then. O(n^1.5) for planar graphs. Throws timeout / RunCanceled.
   bool factorize(GraphMatrix&& matrix, std::span<const std::uint32_t> order, const CancelToken& cancel = {},
                  WorkBudget* budget = nullptr);
 

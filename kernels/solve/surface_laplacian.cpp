@@ -58,7 +58,7 @@ void factorize_laplacian(SparseCholesky& factor, const UnknownGraph& graph, std:
     factor.factorize(graph, values, raised, order, cancel);
     if (factor.succeeded()) return;
   }
-  throw ItemError(Status::internal, "the Laplacian of a component could not be factorised");
+  throw ItemError(Status::internal, "the Laplacian of a component could not be factorized");
 }
 
 }  // namespace meander

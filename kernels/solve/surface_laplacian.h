@@ -25,7 +25,7 @@ GraphMatrix surface_laplacian(const IntrinsicSurface& surface, std::span<const d
 // Factorizes a Laplacian whose diagonal was raised to make it definite. Where rounding makes a pivot that is
 // not positive (needles have cotangents of 1e12), tries again with the diagonal raised by 1e-12, 1e-9 and
 // 1e-6 of itself and of its mean. Throws ItemError(internal) when that does not help either, and timeout /
-// RunCancelled.
+// RunCanceled.
 void factorize_laplacian(SparseCholesky& factor, const UnknownGraph& graph, std::span<const double> values,
                          std::span<const double> diagonal, std::span<const std::uint32_t> order,
                          const CancelToken& cancel);

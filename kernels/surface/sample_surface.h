@@ -42,7 +42,7 @@ struct SurfaceSampleParameters {
   double leaves_per_sample = 0;
   int min_depth = 5;            // in Hilbert levels (see curve_depth), 5..max_depth
   int max_depth = 24;           // min_depth..31
-  bool reparameterise = false;  // lay the curve over the square warped by area x density (extreme stretch)
+  bool reparameterize = false;  // lay the curve over the square warped by area x density (extreme stretch)
 };
 
 // Returns all problems of the parameters, one sentence each; empty when they are valid.
@@ -85,7 +85,7 @@ struct SurfaceSamples {
 //
 // Throws std::invalid_argument when `validate` finds a problem; ItemError: zero_area, zero_density (the
 // density is zero everywhere), non_finite (the surface), unreadable (the density is negative or not finite
-// somewhere, with the point in the sentence); timeout and RunCancelled.
+// somewhere, with the point in the sentence); timeout and RunCanceled.
 SurfaceSamples sample_surface(const ParametricSurface& surface, const SurfaceSampleParameters& parameters,
                               const CancelToken& cancel = {});
 

@@ -80,7 +80,7 @@ SurfaceMeasure::SurfaceMeasure(const ParametricSurface& surface, const SurfaceSa
   if (density_.kind == SurfaceDensityKind::expression) expression_.emplace(density_.expression);
   find_diagonal();
   if (is_curvature(density_.kind)) find_reference_curvature(cancel);
-  if (parameters.reparameterise) warp_ = make_warp(parameters.curve == CurveKind::hilbert ? 64 : 81, cancel);
+  if (parameters.reparameterize) warp_ = make_warp(parameters.curve == CurveKind::hilbert ? 64 : 81, cancel);
 }
 
 int SurfaceMeasure::warp_depth() const { return warp_ ? warp_levels : 0; }

@@ -89,7 +89,7 @@ SurfaceSettings make_settings() {
       "max_depth", "--max-depth", [](auto& p) -> auto& { return p.max_depth; }, 5, 31,
       "Of the curve's tree, 5 to 31");
   list.flag(
-      "reparameterise", "--reparameterize", [](auto& p) -> auto& { return p.reparameterise; },
+      "reparameterise", "--reparameterize", [](auto& p) -> auto& { return p.reparameterize; },
       "Lay the curve over the square warped by area x density, for extreme stretch");
   list.constant("density_quantile", [](const P& p) { return p.density.quantile; });
   list.constant("jitter", [](const P& p) { return p.jitter; });

@@ -40,7 +40,7 @@ struct CombedDirections {
 // direction of their neighbors, smoothed (slivers take their spacings too). On a disk the combing is
 // consistent exactly when no vertex is odd; otherwise the inconsistent edges form lines from the odd vertices
 // to the boundary or to each other. The first anisotropic triangle keeps the sign that tensor_axes() gives
-// it. O(T (1 + sweeps)). Deterministic; throws timeout / RunCancelled.
+// it. O(T (1 + sweeps)). Deterministic; throws timeout / RunCanceled.
 CombedDirections comb_directions(const CutChart& chart, const ChartGeometry& geometry,
                                  const UnfoldedTriangles& unfolded, const TensorField& field,
                                  const CombParameters& parameters = {}, const CancelToken& cancel = {});

@@ -110,7 +110,7 @@ std::vector<TangentTensor> curvature_tensors(const PreparedMesh& mesh, std::span
   const std::vector<std::uint8_t> boundary = boundary_vertices(mesh.triangles, mesh.opposite, vertices);
   std::vector<TangentTensor> result(vertices);
   std::vector<std::uint8_t> known(vertices, 0);
-  const double rounding = 0x1p-24 * (1 + norm(centre_in_units(mesh)));
+  const double rounding = 0x1p-24 * (1 + norm(center_in_units(mesh)));
   // Coordinates off by `rounding` turn normals by rounding / length, and change curvatures by that over
   // length.
   const auto accept = [&](const TurnFit& fit, std::size_t v) {

@@ -44,7 +44,7 @@ std::vector<std::string> validate(const CurvatureFieldParameters& parameters);
 // primary direction is that of least absolute curvature; s1 is limited to max_ratio s2. The tensors are
 // smoothed before this step and the field after it; where s1 / s2 < 1.05 (umbilics, flat parts) the field is
 // made isotropic. It depends on neither scale nor position, and is not normalized (normalize_spacings does
-// that). O(T + W log W), deterministic for every thread count. Throws timeout / RunCancelled; parameters are
+// that). O(T + W log W), deterministic for every thread count. Throws timeout / RunCanceled; parameters are
 // taken as valid.
 std::vector<TangentTensor> curvature_field(const PreparedMesh& mesh, std::span<const TangentFrame> frames,
                                            const CurvatureFieldParameters& parameters,

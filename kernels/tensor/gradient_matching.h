@@ -57,7 +57,7 @@ struct FieldChart {
 // re-solved with mean-value weights in the field's metric. If flips stay, the whole chart is solved again
 // with the cotangents of the metric (errors count in spacings, not in space) and repaired in the same way;
 // the map with fewer flips is kept. Never aborts: a chart that comes back with Method::none, as one may that
-// reaches the bound on its work, is to be divided, or flattened by form B. Throws timeout / RunCancelled from
+// reaches the bound on its work, is to be divided, or flattened by form B. Throws timeout / RunCanceled from
 // `cancel`.
 FieldChart flatten_to_field(const PreparedMesh& mesh, CutChart cut, const TensorField& field,
                             const FieldFlattenParameters& parameters = {}, const CancelToken& cancel = {});

@@ -28,7 +28,7 @@ struct TensorIndices {
   std::vector<std::int32_t> vertex;    // W; 0 on the boundary
 };
 // O(T), deterministic. Corners without a direction (isotropic, or of triangles without area) take the mean
-// angle of those around them, from the rim of their region inwards. Throws timeout / RunCancelled.
+// angle of those around them, from the rim of their region inwards. Throws timeout / RunCanceled.
 TensorIndices tensor_indices(const PreparedMesh& mesh, const TensorField& field,
                              const CancelToken& cancel = {});
 
@@ -61,7 +61,7 @@ struct SingularityCutParameters {
 // boundary has a whole index sum, as far as the singularities of its component allow. The cuts contain no
 // cycle (the boundary counted as one point). Half-edges are those of the mesh: subtract 3 triangle_begin for
 // open_seams. A cut of one edge between two inner vertices opens into a boundary of two edges.
-// O(R T log T), R <= log2(singularities) + 1 rounds (Boruvka). Deterministic. Throws timeout / RunCancelled.
+// O(R T log T), R <= log2(singularities) + 1 rounds (Boruvka). Deterministic. Throws timeout / RunCanceled.
 std::vector<std::uint32_t> connect_singularities(const PreparedMesh& mesh, const TensorField& field,
                                                  std::span<const Singularity> singularities,
                                                  const SingularityCutParameters& parameters = {},

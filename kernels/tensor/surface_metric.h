@@ -13,7 +13,7 @@ namespace meander {
 // shortened by half of the excess and each of the others is lengthened by a quarter, in rounds over the mesh,
 // until every triangle has a margin of 1e-3 of its longest side, or for 100 rounds (flattening mollifies the
 // rest). Triangles without area in space are left alone. O(T) a round; deterministic. Throws timeout /
-// RunCancelled.
+// RunCanceled.
 std::vector<double> surface_metric(const PreparedMesh& mesh, const TensorField& field,
                                    const CancelToken& cancel = {});
 

@@ -28,7 +28,7 @@ std::vector<TangentFrame> vertex_frames(const PreparedMesh& mesh);
 // Log-Euclidean smoothing (Arsigny et al. 2006) of W values log S in W frames: each round replaces a value by
 // the mean of itself and the average of its one-ring, transported, weighted by the areas on both sides of
 // each edge. Values stay in the convex hull of their ring, so ratios never grow. 0..64 rounds. O(rounds T),
-// parallel, deterministic. Throws timeout / RunCancelled.
+// parallel, deterministic. Throws timeout / RunCanceled.
 void smooth_tensors(const PreparedMesh& mesh, std::span<const TangentFrame> frames,
                     std::span<TangentTensor> log_spacing, unsigned rounds, const CancelToken& cancel = {});
 

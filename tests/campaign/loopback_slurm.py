@@ -260,7 +260,7 @@ def main():
                 print(f"--- {path.name}\n{path.read_text(errors='replace')}")
         os.chdir("/")
     findings.end(f"{SHARDS} shards on 2 nodes: 1 task ended by the signal of its limit, 1 killed, 1 second copy "
-                 f"refused, 2 cancelled, 1 second array; a node lost with {lost} tasks, 1 of which went on unseen "
+                 f"refused, 2 canceled, 1 second array; a node lost with {lost} tasks, 1 of which went on unseen "
                  "and the others hung; merged stores as of one process")
 
 

@@ -44,8 +44,8 @@ def soup(random, triangles):
     """Triangles that share nothing."""
     vertices = []
     for _ in range(triangles):
-        centre = [random.uniform(-1, 1) for _ in range(3)]
-        vertices += [tuple(c + random.gauss(0, 0.2) for c in centre) for _ in range(3)]
+        center = [random.uniform(-1, 1) for _ in range(3)]
+        vertices += [tuple(c + random.gauss(0, 0.2) for c in center) for _ in range(3)]
     return vertices, [(3 * t, 3 * t + 1, 3 * t + 2) for t in range(triangles)]
 
 

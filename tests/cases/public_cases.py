@@ -1,5 +1,5 @@
 """Runs small files of the kinds that public reports, format pages and data sets tell of, and checks the store:
-area, box, colours, labels and statuses.
+area, box, colors, labels and statuses.
 
 usage: public_cases.py MEANDER [--keep FOLDER] [--list] [NAME ...]
 --list prints the table of cases as Markdown, --keep leaves the files in FOLDER. NAME runs these cases only.
@@ -41,7 +41,7 @@ def case(name, where, subject, files, expected, options=(), code=None, says=""):
 
 
 def ok(area=1.0, box=SQUARE_BOX, **more):
-    """rgb: the colour of every sample; repairs: counts by name; label: name of the class."""
+    """rgb: the color of every sample; repairs: counts by name; label: name of the class."""
     return dict(status="ok", area=area, box=box, **more)
 
 
@@ -133,7 +133,7 @@ case("ply_colors_of_both", "PyMesh/PyMesh 13",
                    0) for t in HALVES))},
      ok(rgb=RED))
 case("ply_material_table", "Turk, The PLY Polygon File Format: element material, material_index of faces",
-     "colours of faces in an element of materials",
+     "colors of faces in an element of materials",
      {"a.ply": ply(["element vertex 4", *XYZ, "element face 2", "property list uchar int vertex_indices",
                     "property int material_index", "element material 2",
                     *(f"property uchar {kind}_{c}" for kind in ("ambient", "diffuse") for c in ("red", "green",
@@ -190,12 +190,12 @@ case("off_dimensions", "Geomview, OFF: nOFF and 4nOFF", "vertices of a stated nu
 case("off_more_dimensions", "Geomview, OFF: nOFF and 4nOFF", "vertices of four dimensions are not read as three",
      {"n4.off": off("nOFF", "4\n4 2 0", [(*v, 5) for v in SQUARE])}, fails("unsupported_format", "dimensions"))
 case("off_all_prefixes", "Geomview, OFF: [ST][C][N][4]OFF",
-     "homogeneous vertices with normal, colour and texture coordinate",
+     "homogeneous vertices with normal, color and texture coordinate",
      {"stcn4.off": off("STCN4OFF", vertices=[(2 * x, 2 * y, 2 * z, 2, 0, 0, 1, 1, 0, 0, 1, x, y) for x, y,
       z in SQUARE]),
       "cn.off": off("CNOFF", vertices=[(*v, 0, 0, 1, 1, 0, 0, 1) for v in SQUARE]),
       "stc.off": off("STCOFF", vertices=[(*v, 1, 0, 0, 1, v[0], v[1]) for v in SQUARE])}, ok(rgb=RED))
-case("off_texture_alone", "Geomview, OFF: STOFF", "texture coordinates behind the vertices are no colours",
+case("off_texture_alone", "Geomview, OFF: STOFF", "texture coordinates behind the vertices are no colors",
      {"st.off": off("STOFF", vertices=[(*v, 0.5, 0.25) for v in SQUARE]),
       "stn.off": off("STNOFF", vertices=[(*v, 0, 0, 1, 0.5, 0.25) for v in SQUARE])}, ok(rgb=FILL))
 case("off_real_numbers", "numpy.savetxt writes every number by one format",
@@ -215,7 +215,7 @@ case("off_line_ends", "files of old Macintosh programs", "CR alone, CRLF, a byte
      {"cr.off": off().replace(b"\n", b"\r"), "crlf.off": off().replace(b"\n", b"\r\n"),
       "mark.off": b"\xef\xbb\xbf" + off(),
       "lower.off": off("off")}, ok())
-case("off_binary", "Geomview, OFF BINARY: big-endian words, a count of colour components behind each face",
+case("off_binary", "Geomview, OFF BINARY: big-endian words, a count of color components behind each face",
      "binary rows, both byte orders",
      {name: b"OFF BINARY\n" + struct.pack(order + "3i", 4, 2, 0) + b"".join(struct.pack(order + "3f",
       *v) for v in SQUARE) +
@@ -252,8 +252,8 @@ case("obj_free_form", "assimp/assimp 4406; Twinklebear/tobj 77",
 case("obj_weights", "Wavefront, OBJ: w is the weight of rational curves and surfaces",
      "a fourth number is no divisor of x y z",
      {"a.obj": obj("f 1 2 3\nf 1 3 4\n").replace(b"v 1 1 0", b"v 1 1 0 2").replace(b"v 0 0 0", b"v 0 0 0 1.0")}, ok())
-case("obj_color_and_opacity", "cnr-isti-vclab/meshlab, OBJ with colours of vertices",
-     "colours with an opacity behind them",
+case("obj_color_and_opacity", "cnr-isti-vclab/meshlab, OBJ with colors of vertices",
+     "colors with an opacity behind them",
      {"a.obj": (rows(("v", *v, 1, 0, 0, 0.25) for v in SQUARE) + "f 1 2 3\nf 1 3 4\n").encode()}, ok(rgb=RED))
 case("obj_continued", "Wavefront, OBJ: a backslash joins lines", "vertices and faces over several lines",
      {"a.obj": b"v 0 0 \\\n0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n# C:\\models\\\nf 1 \\\r\n2 \\  \n3\nf 1 3 4\n"}, ok())
@@ -313,7 +313,7 @@ case("mtl_paths", "mrdoob/three.js, OBJ of Windows programs", "./ and .\\ before
       "b.obj": obj("f 1/1 2/2 3/3\nf 1/1 3/3 4/4\n", "mtllib b.mtl\n", "usemtl m\n"),
       "b.mtl": b'newmtl m\nmap_Kd "lib\\maps\\tex.png"\n'},
      ok(rgb=RED))
-case("mtl_comments", "Wavefront, MTL", "comments behind colours and between lines",
+case("mtl_comments", "Wavefront, MTL", "comments behind colors and between lines",
      {**textured("# Kd 0 0 1\nnewmtl m\n#newmtl n\nKd 1 0 0 # red\n", "usemtl m\n")}, ok(rgb=RED))
 case("mtl_names_with_hashes", "Autodesk 3ds Max: `Material #25`", "a hash in the name of a material begins no comment",
      {**textured("newmtl Material #25\nKd 1 0 0\nnewmtl Material #26\nKd 0 0 1\n", "usemtl Material #25\n")},
@@ -335,15 +335,15 @@ case("mtl_escaped_blanks", "tinyobjloader/tinyobjloader 46", "names of libraries
      {"a.obj": obj("f 1/1 2/2 3/3\nf 1/1 3/3 4/4\n", "mtllib none.mtl not\\ there.mtl  my\\ own.mtl\n", "usemtl m\n"),
       "my own.mtl": b"newmtl m\nmap_Kd my\\ tex.png\n", "my tex.png": plain_png(255, 0, 0)}, ok(rgb=RED))
 case("obj_painted_vertices", "pmp-library/pmp-library PR 200; ZBrush, OBJ",
-     "colours of vertices in comments #MRGB, 8 digits each",
+     "colors of vertices in comments #MRGB, 8 digits each",
      {"one.obj": OBJ_VERTICES.encode() + b"#MRGB ffff0000ffff0000ffff0000ffff0000\nf 1 2 3\nf 1 3 4\n",
       "two.obj": OBJ_VERTICES.encode() + b"#MRGB FFFF0000FFFF0000\n#MRGB FFFF0000FFFF0000\nf 1 2 3\nf 1 3 4\n"},
       ok(rgb=RED))
-case("mtl_opacity", "tinyobjloader/tinyobjloader 43: d and Tr", "d, Tr and illum change no colour",
+case("mtl_opacity", "tinyobjloader/tinyobjloader 43: d and Tr", "d, Tr and illum change no color",
      {**textured("newmtl m\nKd 1 0 0\nd 0.0\nTr 1.0\nillum 9\nNi 1.5\nmap_d tex.png\n"), **TEXTURE}, ok(rgb=RED))
-case("mtl_spectral", "Wavefront, MTL: Kd xyz and Kd spectral", "colours by CIEXYZ are no RGB",
+case("mtl_spectral", "Wavefront, MTL: Kd xyz and Kd spectral", "colors by CIEXYZ are no RGB",
      {**textured("newmtl m\nKd xyz 0.4124 0.2126 0.0193\n")}, ok(rgb=FILL))
-case("mtl_grey_of_one_number", "Wavefront, MTL: g and b are r where they are not given", "Kd of one number",
+case("mtl_gray_of_one_number", "Wavefront, MTL: g and b are r where they are not given", "Kd of one number",
      {**textured("newmtl m\nKd 0.2\n")}, ok(rgb=(51, 51, 51)))
 case("mtl_several_libraries", "Wavefront, OBJ: mtllib takes several names",
      "two libraries on a line, one of them missing",
@@ -355,7 +355,7 @@ case("mtl_between_faces", "obj of Rhino and of SketchUp",
      {"a.obj": obj("g left\nusemtl my red\nf 1 2 3\ng right\ns 1\nf 1 3 4\nmtllib a.mtl\n"),
       "a.mtl": b"newmtl my red\nKd 1 0 0\n"}, ok(rgb=RED))
 case("mtl_name_of_image_ends_line", "graspnet/graspnetAPI 34",
-     "an image that is missing: no colour, and not that of the factor",
+     "an image that is missing: no color, and not that of the factor",
      {**textured("newmtl m\nKd 1 0 0\nmap_Kd close.jpg\n")}, ok(rgb=FILL))
 case("obj_texture_v", "facebookresearch/pytorch3d, textures are read from below", "v points upwards",
      {**textured("newmtl m\nmap_Kd -clamp on t.png\n", faces="f 1/1 2/1 3/1\nf 1/1 3/1 4/1\n"), "t.png": png(1, 2,
@@ -385,7 +385,7 @@ case("stl_wrong_count", "mikedh/trimesh 236; writers that stream", "counts of 0,
 case("stl_fewer", "3D Systems, StereoLithography Interface Specification", "a count smaller than what is there",
      {"a.stl": binary_stl(count=1)}, ok(0.5))
 case("stl_attribute_bytes", "Wikipedia, STL: attribute byte count",
-     "attribute words that are not 0 without a valid colour",
+     "attribute words that are not 0 without a valid color",
      {"a.stl": binary_stl(attribute=2)}, ok(rgb=FILL))
 case("stl_normals", "nschloe/meshio 745", "normals that are 0, NaN, turned or missing",
      {"zero.stl": binary_stl(normal=(0, 0, 0)), "nan.stl": binary_stl(normal=(float("nan"),) * 3),
@@ -446,7 +446,7 @@ unlit = Gltf().square().material(pbrMetallicRoughness={"baseColorFactor": [1, 0,
                                  alphaMode="MASK", doubleSided=True)
 unlit.set(extensionsUsed=["KHR_materials_unlit"], extensionsRequired=["KHR_materials_unlit"])
 case("gltf_unlit", "KhronosGroup/glTF, KHR_materials_unlit",
-     "an unlit, masked, double-sided material has its base colour",
+     "an unlit, masked, double-sided material has its base color",
      {"a.glb": unlit.glb()}, ok(rgb=RED))
 variants = Gltf().square().material(pbrMetallicRoughness={"baseColorFactor": [1, 0, 0, 1]})
 variants.json["materials"].append({"pbrMetallicRoughness": {"baseColorFactor": [0, 0, 1, 1]}})
@@ -470,7 +470,7 @@ case("gltf_vertex_colors", "mrdoob/three.js 12481; playcanvas/engine 2053",
       normalized=True),
       "float.glb": vertex_colors("f", (1, 0, 0, 1))}, ok(rgb=RED))
 case("gltf_color_beyond_one", "KhronosGroup/glTF-Sample-Models 337: COLOR_0 must be clamped to [0, 1]",
-     "float colours above 1",
+     "float colors above 1",
      {"a.glb": vertex_colors("f", (255, 0, 0, 255))}, ok(rgb=RED))
 
 second = Gltf().square().coordinates("TEXCOORD_0", [0.25, 0.5] * 4).coordinates("TEXCOORD_1", [0.75, 0.5] * 4)
@@ -512,7 +512,7 @@ case("gltf_scenes", "KhronosGroup/glTF 2.0, 3.5.1: scene", "the chosen scene of 
      {"second.glb": ok(), "first.glb": ok(1, (0, 0, 7, 1, 1, 7))})
 painted = Gltf().square().coordinates().texture(plain_png(255, 255, 255))
 painted.primitive["attributes"]["COLOR_0"] = painted.accessor("f", "VEC3", [1, 0, 0] * 4)
-case("gltf_color_times_texture", "KhronosGroup/glTF 2.0, 3.9.2: COLOR_0 multiplies the base colour",
+case("gltf_color_times_texture", "KhronosGroup/glTF 2.0, 3.9.2: COLOR_0 multiplies the base color",
      "red vertices on a white image",
      {"a.glb": painted.glb()}, ok(rgb=RED))
 skin = Gltf().square()
@@ -597,7 +597,7 @@ case("gltf_skin_weights", "mrdoob/three.js 15319; KhronosGroup/glTF 1213; Khrono
 plain_part = Gltf().square().material(pbrMetallicRoughness={"baseColorFactor": [1, 1, 1, 1]})
 del plain_part.primitive["material"]
 case("gltf_default_material", "KhronosGroup/glTF 1034 and 1182",
-     "parts without a material, in a file that has some, have no colour",
+     "parts without a material, in a file that has some, have no color",
      {"a.glb": plain_part.glb()}, ok(rgb=FILL))
 positionless = Gltf().square()
 positionless.json["meshes"][0]["primitives"].append({"attributes": {}})
@@ -624,8 +624,8 @@ case("gltf_linear_factor", "KhronosGroup/glTF 2.0, 3.9.2: factors are linear, te
      {"factor.glb": Gltf().square().material(pbrMetallicRoughness={"baseColorFactor": [0.5, 0.5, 0.5, 1]}).glb(),
       "texture.glb": Gltf().square().coordinates().texture(plain_png(128, 128, 128)).glb()},
      {"factor.glb": ok(rgb=(188, 188, 188)), "texture.glb": ok(rgb=(128, 128, 128))})
-case("png_kinds", "KhronosGroup/glTF-Asset-Generator, textures", "grey, grey with alpha, palette, 16 bits",
-     {"grey.glb": Gltf().square().coordinates().texture(png(1, 1, b"\x80", 0)).glb(),
+case("png_kinds", "KhronosGroup/glTF-Asset-Generator, textures", "gray, gray with alpha, palette, 16 bits",
+     {"gray.glb": Gltf().square().coordinates().texture(png(1, 1, b"\x80", 0)).glb(),
       "alpha.glb": Gltf().square().coordinates().texture(png(1, 1, b"\x80\x00", 4)).glb(),
       "palette.glb": Gltf().square().coordinates().texture(png(1, 1, b"\x80", 3, 1, bytes((0, 0, 0, 128, 128,
       128)))).glb(),
@@ -678,7 +678,7 @@ case("layout_thingi10k", "Thingi10K: raw_meshes/ID.stl, .obj, .ply, .off", "form
      {"raw_meshes/100026.stl": binary_stl(), "raw_meshes/100027.obj": plain, "raw_meshes/100028.ply": square_ply(),
       "raw_meshes/100029.OFF": off()}, ok())
 case("layout_scannet", "ScanNet/ScanNet 90: scene0000_00/scene0000_00_vh_clean_2.labels.ply",
-     "colours with alpha and a label of 16 bits behind them",
+     "colors with alpha and a label of 16 bits behind them",
      {"scans/scene0000_00/scene0000_00_vh_clean_2.labels.ply": ply(
          ["element vertex 4", *XYZ, *(f"property uchar {c}" for c in ("red", "green", "blue", "alpha")),
          "property ushort label", "element face 2",
@@ -765,7 +765,7 @@ def faults_of(row, expected):
         found.append(f"box {' '.join(f'{v:g}' for v in row['box'])}")
     if "rgb" in expected and off_by(row["rgb"], expected["rgb"]) > 1:
         colors = sorted({tuple(c) for c in row["rgb"].tolist()})
-        found.append("colours " + " ".join(map(str, colors[:3])) + (" ..." if len(colors) > 3 else ""))
+        found.append("colors " + " ".join(map(str, colors[:3])) + (" ..." if len(colors) > 3 else ""))
     if "normal" in expected and off_by(row["normals"], expected["normal"]) > 1e-6:
         found.append(f"normal {row['normals'][0]}")
     repairs = expected.get("repairs", {})

@@ -30,7 +30,7 @@ def plain_png(r, g, b):
 
 
 def two_png(left, right):
-    """16 x 1 pixels, the left half of one colour and the right of another."""
+    """16 x 1 pixels, the left half of one color and the right of another."""
     return png(16, 1, bytes(left) * 8 + bytes(right) * 8)
 
 
@@ -156,7 +156,7 @@ class Gltf:
         return self
 
     def texture(self, image, sampler=None, **info):
-        """A material whose base colour is the image."""
+        """A material whose base color is the image."""
         self.json["images"] = [{"bufferView": self.view(image), "mimeType": "image/png"}]
         self.json["textures"] = [{"source": 0, **({"sampler": 0} if sampler else {})}]
         if sampler:

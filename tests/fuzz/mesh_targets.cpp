@@ -61,7 +61,7 @@ void demand_colors(const std::vector<float>& values, std::size_t elements, const
   demand(values.empty() || values.size() == 3 * elements, "three components for each " + what);
   for (const float value : values)
     demand(std::isnan(value) || (value >= 0 && value <= 1),
-           "components of colours of a " + what + " are in [0, 1]");
+           "components of colors of a " + what + " are in [0, 1]");
 }
 
 void demand_consistent(const PolygonMesh& mesh, MeshFormat format) {

@@ -102,7 +102,7 @@ void run_color_image(std::string_view text) {
   const ColorImage image = decode_color_image(bytes);
   if (image.problem.empty()) {
     demand(image.width > 0 && image.height > 0, "a picture has pixels");
-    demand(image.rgb.size() == std::size_t{3} * image.width * image.height, "a colour for each pixel");
+    demand(image.rgb.size() == std::size_t{3} * image.width * image.height, "a color for each pixel");
     demand(image.rgb.size() == memory.kept_bytes, "memory is known before it is taken");
     demand(decode_color_image(bytes).rgb == image.rgb, "an image is the same when it is read again");
     return;

@@ -28,7 +28,7 @@ std::vector<std::string> off_seeds() {
   return {mesh_bytes(mesh_with_attributes(), MeshFile::off),
           mesh_bytes(mesh_with_attributes(), MeshFile::off_binary),
           "OFF 3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n",
-          "COFF\n3 1 0 # colours\n0 0 0 255 0 0 255\n1 0 0 0 1 0 1\n0 1 0 0 0 1\n3 0 1 2 0.5 0.5 0.5\n",
+          "COFF\n3 1 0 # colors\n0 0 0 255 0 0 255\n1 0 0 0 1 0 1\n0 1 0 0 0 1\n3 0 1 2 0.5 0.5 0.5\n",
           "ST4NOFF\n3 1 0\n0 0 0 1 0 0 1 0 0\n1 0 0 1 0 0 1 0 0\n0 1 0 1 0 0 1 1 1\n3 0 1 2\n",
           "nOFF 3\n3 1 0\n0 0 0\r\n1 0 0\r\n0 1 nan\r\n3 0 1 2 7\r\n"};
 }
@@ -323,7 +323,7 @@ std::vector<std::string> png_seeds() {
           png_of(PNG_COLOR_TYPE_PALETTE, 2, PNG_INTERLACE_NONE)};
 }
 
-// Few colours in an order without symmetry.
+// Few colors in an order without symmetry.
 TestImage small_picture(std::uint32_t colors) {
   return {11, 7, [=](std::uint32_t x, std::uint32_t y) {
             const std::uint32_t number = (x / 2 * 3 + y * 5) % colors;
@@ -361,9 +361,9 @@ std::vector<std::string> tga_seeds() {
       seeds.push_back(tga_bytes(image, kind));
     }
     kind.bits = 8;
-    kind.grey = true;
+    kind.gray = true;
     seeds.push_back(tga_bytes(image, kind));
-    kind.grey = false;
+    kind.gray = false;
     kind.palette = true;
     kind.first_color = 3;
     seeds.push_back(tga_bytes(image, kind));

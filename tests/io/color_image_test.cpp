@@ -1,4 +1,4 @@
-// PNG and JPEG files as colours: every kind, and what is not decoded.
+// PNG and JPEG files as colors: every kind, and what is not decoded.
 #include "io/image/color_image.h"
 
 #include <cmath>
@@ -67,10 +67,10 @@ TEST_CASE("color_image: PNG of every color type, interlaced or not, without its 
         decoded(png_of_kind({16, PNG_COLOR_TYPE_RGB, interlaced},
                             [](unsigned x, unsigned, unsigned c) { return 257 * (x + c) + 100; }));
     CHECK(pixel(wide, 4, 0) == std::vector<int>{4, 5, 6});
-    const ColorImage grey =
+    const ColorImage gray =
         decoded(png_of_kind({8, PNG_COLOR_TYPE_GRAY_ALPHA, interlaced},
                             [](unsigned x, unsigned, unsigned c) { return c == 0 ? 9 * x : 3u; }));
-    CHECK(pixel(grey, 12, 8) == std::vector<int>{108, 108, 108});
+    CHECK(pixel(gray, 12, 8) == std::vector<int>{108, 108, 108});
     const ColorImage bits = decoded(png_of_kind(
         {1, PNG_COLOR_TYPE_GRAY, interlaced}, [](unsigned x, unsigned y, unsigned) { return (x + y) % 2; }));
     CHECK(pixel(bits, 2, 1) == std::vector<int>{255, 255, 255});
@@ -89,11 +89,11 @@ TEST_CASE("color_image: JPEG in color, gray and CMYK, baseline and progressive")
     INFO(read.problem);
     CHECK((read.width == 50 && read.height == 37));
     CHECK(most_difference(read, image.rgb) <= 3);
-    const ColorImage grey = decoded(jpeg_bytes(image, {progressive, true, false}));
-    REQUIRE(grey.rgb.size() == image.rgb.size());
-    for (std::size_t p = 0; p < grey.rgb.size(); p += 3) {
-      CHECK(std::abs(grey.rgb[p] - image.rgb[p]) <= 2);
-      CHECK((grey.rgb[p] == grey.rgb[p + 1] && grey.rgb[p] == grey.rgb[p + 2]));
+    const ColorImage gray = decoded(jpeg_bytes(image, {progressive, true, false}));
+    REQUIRE(gray.rgb.size() == image.rgb.size());
+    for (std::size_t p = 0; p < gray.rgb.size(); p += 3) {
+      CHECK(std::abs(gray.rgb[p] - image.rgb[p]) <= 2);
+      CHECK((gray.rgb[p] == gray.rgb[p + 1] && gray.rgb[p] == gray.rgb[p + 2]));
     }
     // Adobe's inks: 255 is none, so that the three channels are the light that is left.
     CHECK(most_difference(decoded(jpeg_bytes(image, {progressive, false, true})), image.rgb) <= 3);
@@ -151,10 +151,10 @@ TEST_CASE("color_image: memory is known from the header") {
 }
 
 TEST_CASE("color_image: cancellation stops the decoder and does not count as a lost image") {
-  const std::atomic<bool> cancelled{true};
+  const std::atomic<bool> canceled{true};
   CancelToken token;
-  token.cancelled = &cancelled;
+  token.canceled = &canceled;
   for (const std::string& bytes :
        {png_bytes(ramp(64, 64)), jpeg_bytes(ramp(64, 64)), jpeg_bytes(ramp(64, 64), {true, false, false})})
-    CHECK_THROWS_AS(decode_color_image(std::as_bytes(std::span(bytes)), token), RunCancelled);
+    CHECK_THROWS_AS(decode_color_image(std::as_bytes(std::span(bytes)), token), RunCanceled);
 }

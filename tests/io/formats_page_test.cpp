@@ -136,12 +136,12 @@ std::map<std::string, Check> checks() {
   });
   add("OFF `nOFF` of two and three dimensions", [] { return happens("nOFF\n3\n" + off_body, off); });
   add("OFF `nOFF` of more dimensions", [] { return happens("nOFF\n5\n" + off_body, off); });
-  add("OFF colours of vertices and of faces", [] {
+  add("OFF colors of vertices and of faces", [] {
     const PolygonMesh mesh =
         read_all("COFF\n3 1 0\n0 0 0 1 0 0\n1 0 0 1 0 0\n0 1 0 1 0 0\n3 0 1 2 9 9 9\n", off);
     return std::string(mesh.colors.vertex.size() == 9 && mesh.colors.face.size() == 3 ? "none" : "lost");
   });
-  add("OFF a colour that is one number, an entry of a colour map",
+  add("OFF a color that is one number, an entry of a color map",
       [] { return happens("OFF\n" + off_body + " 7\n", off); });
   add("OBJ polygons, `a/b/c`, negative numbers, continued lines, capitals", [] {
     return happens("V 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nVN 0 0 1\nF 1/1/1 -3/1/-1 \\\n 3//1 4\n",
@@ -186,7 +186,7 @@ std::map<std::string, Check> checks() {
                        "3 0 1 2\n",
                    MeshFormat::ply);
   });
-  add("PLY colours of vertices and of faces", [] {
+  add("PLY colors of vertices and of faces", [] {
     return std::string(read_all(ply_text("", "", ""), MeshFormat::ply).colors.vertex.size() == 9 ? "none"
                                                                                                  : "lost");
   });
@@ -204,10 +204,10 @@ std::map<std::string, Check> checks() {
       [] { return happens(binary_stl(0), stl) + happens("solid\n" + ascii_facet, stl); });
   add("STL lines between `solid` and the first facet",
       [] { return happens("solid\ncolor 1 0 0\n" + ascii_facet, stl); });
-  add("STL colours of facets (VisCAM, SolidView, Magics)", [] {
+  add("STL colors of facets (VisCAM, SolidView, Magics)", [] {
     return std::string(read_all(binary_stl(0xFC00), stl).colors.face.size() == 3 ? "none" : "lost");
   });
-  add("STL attributes of facets that are no colours by those rules",
+  add("STL attributes of facets that are no colors by those rules",
       [] { return happens(binary_stl(7), stl); });
   add("STL normals of facets", [] { return happens("solid\n" + ascii_facet, stl); });
   add("glTF scenes, nodes, skins in rest pose, strips and fans", [] {

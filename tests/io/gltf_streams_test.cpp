@@ -536,7 +536,7 @@ TEST_CASE("glTF: the models of a distribution package are read") {
   }
   CHECK((found == expected));
   CHECK(meshes.size() >= 20);
-  // The same engine as it is and as Draco has it: quantised, and without the triangles that fell together.
+  // The same engine as it is and as Draco has it: quantized, and without the triangles that fell together.
   const PolygonMesh& plain = meshes.at("glTF2/2CylinderEngine-glTF-Binary/2CylinderEngine.glb");
   const PolygonMesh& packed = meshes.at("glTF2/draco/2CylinderEngine.gltf");
   CHECK(packed.polygon_count() <= plain.polygon_count());

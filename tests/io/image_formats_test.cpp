@@ -1,4 +1,4 @@
-// WebP, GIF, BMP and TGA files as colours: every kind, what is not decoded and why, and the memory that it
+// WebP, GIF, BMP and TGA files as colors: every kind, what is not decoded and why, and the memory that it
 // takes. The pixels are those that the files were made of, and those of stb_image where that reads the kind.
 #include <stb/stb_image.h>
 
@@ -25,7 +25,7 @@ ColorImage decoded(const std::string& bytes) { return decode_color_image(bytes_o
 
 ImageMemory memory_of(const std::string& bytes) { return memory_of_image(bytes_of(bytes)); }
 
-// Without symmetry, in few colours.
+// Without symmetry, in few colors.
 TestImage tiles(std::uint32_t width, std::uint32_t height, std::uint32_t colors = 14) {
   return {width, height, [=](std::uint32_t x, std::uint32_t y) {
             const std::uint32_t number = ((x / 3) * 7 + (y / 2) * 5 + x * y / 11) % colors;
@@ -100,7 +100,7 @@ std::string chunk(const std::string& name, const std::string& content) {
 
 std::string riff(const std::string& chunks) { return chunk("RIFF", "WEBP" + chunks); }
 
-// An animation of pictures that are whole files by themselves, each at (2, 4) in 40 x 30 pixels of a colour.
+// An animation of pictures that are whole files by themselves, each at (2, 4) in 40 x 30 pixels of a color.
 std::string animation(const std::vector<std::string>& files, std::uint32_t columns, std::uint32_t rows) {
   std::string canvas("\x02\0\0\0", 4), options("\x0A\x14\x1E\xFF\0\0", 6), frames;
   append_number(canvas, 39, 3);
@@ -173,9 +173,9 @@ std::vector<NamedFile> all_kinds() {
       {"webp, animation", animation({webp_bytes(image), webp_bytes(image)}, 21, 13)}};
   for (const bool runs : {false, true}) {
     const std::string kind = runs ? "tga, runs, " : "tga, ";
-    TgaKind palette{8, true, false, runs}, grey{8, false, true, runs};
+    TgaKind palette{8, true, false, runs}, gray{8, false, true, runs};
     files.push_back({kind + "palette", tga_bytes(image, palette)});
-    files.push_back({kind + "grey", tga_bytes(image, grey)});
+    files.push_back({kind + "gray", tga_bytes(image, gray)});
     for (const unsigned bits : {16u, 24u, 32u}) {
       TgaKind colors;
       colors.bits = bits;
@@ -231,7 +231,7 @@ TEST_CASE("image formats: BMP RLE may skip pixels, and needs no end marker") {
   const TestImage image = tiles(6, 4);
   std::string bytes = bmp_bytes(image, {8, false, true});
   const auto pixels_at = static_cast<std::uint8_t>(bytes[10]);
-  const std::uint8_t* const first = image.rgb.data();  // number 0 is the first colour from above
+  const std::uint8_t* const first = image.rgb.data();  // number 0 is the first color from above
   // Two pixels of number 1, on from there by two and one up, one pixel of number 2, the end.
   const std::string runs("\2\1\0\2\2\1\1\2\0\1", 10);
   const ColorImage read = decoded(bytes.substr(0, pixels_at) + runs);
@@ -255,7 +255,7 @@ TEST_CASE("image formats: BMP RLE may skip pixels, and needs no end marker") {
 }
 
 TEST_CASE("image formats: TGA of every type, depth and origin decodes to its pixels") {
-  const TestImage image = tiles(37, 19), grey(37, 19, [](std::uint32_t x, std::uint32_t y) {
+  const TestImage image = tiles(37, 19), gray(37, 19, [](std::uint32_t x, std::uint32_t y) {
     const int value = static_cast<int>((5 * x + 11 * y) % 256);
     return std::vector<int>{value, value, value};
   });
@@ -272,9 +272,9 @@ TEST_CASE("image formats: TGA of every type, depth and origin decodes to its pix
           kind.footer = footer;
           const auto check = [&](const TestImage& source, const TestImage& expected) {
             const std::string bytes = tga_bytes(source, kind);
-            CAPTURE(kind.bits, kind.palette, kind.grey);
+            CAPTURE(kind.bits, kind.palette, kind.gray);
             check_pixels(bytes, expected);
-            // stb takes mirrored files as they are stored, and skips bytes for colours that are left out.
+            // stb takes mirrored files as they are stored, and skips bytes for colors that are left out.
             if (!from_right && kind.first_color == 0 && !(kind.palette && kind.bits == 16))
               check_with_stb(bytes, decoded(bytes), 1);
           };
@@ -285,9 +285,9 @@ TEST_CASE("image formats: TGA of every type, depth and origin decodes to its pix
           kind.bits = 16;
           check(image, five);
           kind.bits = 8;
-          kind.grey = true;
-          check(grey, grey);
-          kind.grey = false;
+          kind.gray = true;
+          check(gray, gray);
+          kind.gray = false;
           kind.palette = true;
           for (const unsigned bits : {8u, 16u})
             for (const std::uint32_t first : {0u, 100u})
@@ -301,7 +301,7 @@ TEST_CASE("image formats: TGA of every type, depth and origin decodes to its pix
 }
 
 TEST_CASE("image formats: TGA packets may cross rows, and 15-bit depth is read") {
-  const TestImage plain = tiles(5, 8, 1);  // 40 pixels of one colour
+  const TestImage plain = tiles(5, 8, 1);  // 40 pixels of one color
   const std::string bytes = tga_bytes(plain);
   const std::string whole = with_number(bytes.substr(0, 21), 2, 1, 10) + "\xA7"s + bytes.substr(21, 3);
   check_pixels(whole, plain);
@@ -470,7 +470,7 @@ TEST_CASE("image formats: palette indices out of range and unknown header values
   const TestImage image = tiles(21, 13);
   const std::string bmp = bmp_bytes(image, {8});
   check_lost(decoded(with_number(bmp, 46, 4, 3)), Note::image_unreadable, "palette does not have");
-  std::string gif = gif_bytes(tiles(8, 8, 3));  // of four colours in the palette
+  std::string gif = gif_bytes(tiles(8, 8, 3));  // of four colors in the palette
   gif[10] = static_cast<char>(0x80);            // two; the rest of the palette is taken for a block
   check_lost(decoded(gif), Note::image_unreadable, "GIF file");
   TgaKind palette;
@@ -566,7 +566,7 @@ TEST_CASE("image formats: decoding takes no more memory than declared") {
       files.push_back(
           {"webp, lossless " + std::to_string(method), webp_bytes(image, {75, true, alpha, method})});
       files.push_back(
-          {"webp, of few colours " + std::to_string(method), webp_bytes(few, {75, true, alpha, method})});
+          {"webp, of few colors " + std::to_string(method), webp_bytes(few, {75, true, alpha, method})});
       files.push_back(
           {"webp, lossy " + std::to_string(method), webp_bytes(image, {75, false, alpha, method})});
     }
@@ -611,7 +611,7 @@ TEST_CASE("image formats: WebP with many Huffman groups takes no more memory tha
     bits.put(0x2F, 8);
     bits.put(side - 1, 14);
     bits.put(side - 1, 14);
-    bits.put(0, 5);  // no transformation, and then a cache of colours or none
+    bits.put(0, 5);  // no transformation, and then a cache of colors or none
     bits.put(codes.cache_bits == 0 ? 0 : 1, 1);
     if (codes.cache_bits != 0) bits.put(codes.cache_bits, 4);
     bits.put(1, 1);  // groups by tiles of four by four
@@ -645,11 +645,11 @@ TEST_CASE("image formats: WebP with many Huffman groups takes no more memory tha
 }
 
 TEST_CASE("image formats: cancellation stops the decoder and does not count as a lost image") {
-  const std::atomic<bool> cancelled{true};
+  const std::atomic<bool> canceled{true};
   CancelToken token;
-  token.cancelled = &cancelled;
+  token.canceled = &canceled;
   for (const NamedFile& file : all_kinds()) {
     CAPTURE(file.name);
-    CHECK_THROWS_AS(decode_color_image(bytes_of(file.bytes), token), RunCancelled);
+    CHECK_THROWS_AS(decode_color_image(bytes_of(file.bytes), token), RunCanceled);
   }
 }

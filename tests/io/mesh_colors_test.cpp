@@ -1,4 +1,4 @@
-// Colours of vertices, faces and materials, as files of every format give them.
+// Colors of vertices, faces and materials, as files of every format give them.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -66,7 +66,7 @@ TEST_CASE("colors: PLY bytes and fractions, per vertex and per face") {
   const PolygonMesh plain = read_text(text, MeshFormat::ply, false);
   CHECK(plain.colors.vertex.empty());
   CHECK(plain.colors.face.empty());
-  // Floating-point values up to 255, and a vertex whose colour cannot be read.
+  // Floating-point values up to 255, and a vertex whose color cannot be read.
   const std::string of_floats = "property float red\nproperty float green\nproperty float blue\n";
   const PolygonMesh large = read_text(
       ply("float", of_floats.c_str(), "0 0 0 255 0 51\n1 0 0 x 255 0\n0 1 0 0 0 0\n3 0 1 2 0 0 1\n"),
@@ -112,7 +112,7 @@ TEST_CASE("colors: binary OFF per vertex and per face, in both byte orders") {
     face({.5f, .25f, 1});
     face({});
     face({1, 0, .75f, .5f});
-    face({7});  // an index into a map of colours
+    face({7});  // an index into a map of colors
     const PolygonMesh mesh = read_text(text, MeshFormat::off);
     CHECK(same(mesh.colors.vertex, {1, 0, .25f, 0, .5f, 0, none, 1, 0}));
     CHECK(same(mesh.colors.face, {.5f, .25f, 1, none, none, none, 1, 0, .75f, none, none, none}));
@@ -123,7 +123,7 @@ TEST_CASE("colors: binary OFF per vertex and per face, in both byte orders") {
     CHECK(plain.colors.vertex.empty());
     CHECK(plain.x == mesh.x);
     CHECK(plain.corners == mesh.corners);
-    // Cut in the last colour, the faces before it stay as they are.
+    // Cut in the last color, the faces before it stay as they are.
     const PolygonMesh cut = read_text(std::string_view(text).substr(0, text.size() - 4), MeshFormat::off);
     CHECK(cut.polygon_count() == 4);
     CHECK(cut.colors.face.size() == 12);
@@ -251,13 +251,13 @@ TEST_CASE("colors: PLY materials are referenced by faces by number") {
 
 TEST_CASE("colors: OBJ materials that are repeated, without a Kd, or unknown") {
   const std::string text =
-      "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nusemtl a b\nf 1 2 3\nusemtl grey\r\nf 1 2 3\nusemtl dull\nf 1 2 "
+      "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nusemtl a b\nf 1 2 3\nusemtl gray\r\nf 1 2 3\nusemtl dull\nf 1 2 "
       "3\n"
       "usemtl spectral\nf 1 2 3\nusemtl missing\nf 1 2 3\n";
   const std::vector<CompanionFile> libraries = {
-      library("newmtl a b \n  Kd 1 0.5 0\nnewmtl grey\nKd 0.25\nnewmtl dull\nKa 1 1 1\nnewmtl spectral\n"
+      library("newmtl a b \n  Kd 1 0.5 0\nnewmtl gray\nKd 0.25\nnewmtl dull\nKa 1 1 1\nnewmtl spectral\n"
               "Kd spectral x.rfl 1\n"),
-      library("newmtl other\nKd 1 1 1\n", "no such file"), library("newmtl grey\nKd 1 1 1\n")};
+      library("newmtl other\nKd 1 1 1\n", "no such file"), library("newmtl gray\nKd 1 1 1\n")};
   const PolygonMesh mesh = read_text(text, MeshFormat::obj, true, BlockRule{}, libraries);
   CHECK(mesh.colors.of_materials);
   CHECK(same(mesh.colors.face, {none, none, none, 1, .5f, 0, .25f, .25f, .25f, none, none, none, none, none,
@@ -318,7 +318,7 @@ TEST_CASE("colors: glTF materials and COLOR_0 are read, and invalid ones do not 
   mesh = read(R"(},"indices":1,"material":1)", blue);
   CHECK(std::isnan(mesh.colors.vertex[0]));
   CHECK(same(Values(mesh.colors.face.begin(), mesh.colors.face.begin() + 3), {1, 1, 1}));
-  // Accessors and materials that are not there, and a colour with as many values as there are indices.
+  // Accessors and materials that are not there, and a color with as many values as there are indices.
   for (const char* primitive :
        {R"(,"COLOR_0":9},"indices":1,"material":9)", R"(,"COLOR_0":"x"},"indices":1,"material":"y")",
         R"(,"COLOR_0":1},"indices":1)"}) {
@@ -369,7 +369,7 @@ TEST_CASE("colors: OFF face colors are bytes if every number of the file is an i
   CHECK(same(faces("1 1 1 0.5", "0 1 0 1").first, {1, 1, 1, 0, 1, 0}));
   CHECK(same(faces("1e0 0 0", "0 1 0").first, {1, 0, 0, 0, 1, 0}));
   CHECK(same(faces("1.0000001 0 0", "0 0.5 0").first, {1, 0, 0, 0, .5f, 0}));
-  // One number is an entry of a colour map.
+  // One number is an entry of a color map.
   CHECK(faces("5", "7").first.empty());
   CHECK(faces("5", "7").second == 2);
   CHECK(faces("5", "255 0 0").second == 1);

@@ -292,8 +292,8 @@ TEST_CASE("read_mesh: respects deadline and cancellation") {
   REQUIRE_THROWS_AS(read_mesh(bytes, MeshFormat::off, late), ItemError);
   const std::atomic<bool> stop{true};
   CancelToken stopped;
-  stopped.cancelled = &stop;
-  REQUIRE_THROWS_AS(read_mesh(bytes, MeshFormat::off, stopped), RunCancelled);
+  stopped.canceled = &stop;
+  REQUIRE_THROWS_AS(read_mesh(bytes, MeshFormat::off, stopped), RunCanceled);
 }
 
 TEST_CASE("reader: CR, LF, CRLF and LF CR end lines, also mixed in one file and in UTF-16") {

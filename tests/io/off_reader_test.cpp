@@ -58,13 +58,11 @@ TEST_CASE("OFF: faces over several lines, several vertices on a line, trailing f
 }
 
 TEST_CASE("OFF: colors, normals, texture and homogeneous coordinates by prefix") {
-  for (const std::string colour : {"", " 255 0 0", " 255 0 0 255", " 0.5 0.5 0.5 1", " 3"}) {
-    CAPTURE(colour);
-    check_triangle(
-        off("COFF\n3 1 0\n0 0 0" + colour + "\n1 0 0" + colour + "\n0 1 0" + colour + "\n3 0 1 2\n"));
+  for (const std::string color : {"", " 255 0 0", " 255 0 0 255", " 0.5 0.5 0.5 1", " 3"}) {
+    CAPTURE(color);
+    check_triangle(off("COFF\n3 1 0\n0 0 0" + color + "\n1 0 0" + color + "\n0 1 0" + color + "\n3 0 1 2\n"));
     // Not announced.
-    check_triangle(
-        off("OFF\n3 1 0\n0 0 0" + colour + "\n1 0 0" + colour + "\n0 1 0" + colour + "\n3 0 1 2\n"));
+    check_triangle(off("OFF\n3 1 0\n0 0 0" + color + "\n1 0 0" + color + "\n0 1 0" + color + "\n3 0 1 2\n"));
   }
   const std::vector<float> normals = {0, 0, 1, 0, 0, 1, 0, 0.6f, 0.8f};
   for (const auto& [head, behind, before] :

@@ -52,16 +52,16 @@ TEST_CASE("text: is drawn where requested, and clipped") {
   CHECK(painted(image, 20 + width + 2, 0, 200, 60) == 0);
   CHECK(painted(image, 0, 0, 200, 20) == 0);
   CHECK(painted(image, 0, 42, 200, 60) > 10);  // descenders
-  RgbImage centred(200, 60), right(200, 60);
-  paint_text(centred, "group", 20 + 0.5 * painted_width("group", style), 40, style, TextAlign::centre);
+  RgbImage centered(200, 60), right(200, 60);
+  paint_text(centered, "group", 20 + 0.5 * painted_width("group", style), 40, style, TextAlign::center);
   paint_text(right, "group", 20 + painted_width("group", style), 40, style, TextAlign::right);
-  CHECK(centred.pixels == image.pixels);
+  CHECK(centered.pixels == image.pixels);
   CHECK(right.pixels == image.pixels);
   paint_text(image, "outside", -1e4, 40, style);
   paint_text(image, "outside", 20, 1e4, style);
-  CHECK(centred.pixels == image.pixels);
+  CHECK(centered.pixels == image.pixels);
   paint_text(image, "cut", 190, 62, style);  // partly outside
-  CHECK(centred.pixels != image.pixels);
+  CHECK(centered.pixels != image.pixels);
 }
 
 TEST_CASE("text: any bytes can be drawn") {

@@ -85,12 +85,12 @@ TEST_CASE("read_gray_png: colors become BT.709 luma, and gray colors stay gray")
           const auto s = [&](std::size_t c) { return noise(i % 11, i / 11, c, depth) / white; };
           REQUIRE(image.values[i] == Approx(0.2126 * s(0) + 0.7152 * s(1) + 0.0722 * s(2)).margin(1e-7));
         }
-        const GrayImage grey =
+        const GrayImage gray =
             read(png_bytes(picture, [&](auto x, auto y, auto) { return noise(x, y, 0, depth); }));
         for (std::size_t i = 0; i < 77; ++i)
-          REQUIRE(grey.values[i] == static_cast<float>(noise(i % 11, i / 11, 0, depth) / white));
+          REQUIRE(gray.values[i] == static_cast<float>(noise(i % 11, i / 11, 0, depth) / white));
       }
-  // Pure colours distinguish the channels.
+  // Pure colors distinguish the channels.
   const GrayImage pure = read(png_bytes({3, 1, 8, PNG_COLOR_TYPE_RGB, false, {}, false},
                                         [](auto x, auto, auto c) { return x == c ? 255u : 0u; }));
   REQUIRE(pure.values == std::vector<float>{0.2126f, 0.7152f, 0.0722f});

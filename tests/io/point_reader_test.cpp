@@ -519,10 +519,10 @@ TEST_CASE("read_points: other kinds of files and missing files are refused") {
                     "the file cannot be opened: No such file or directory");
   std::filesystem::create_directory(folder / "a.xyz");
   CHECK_THROWS_WITH(read_points(folder / "a.xyz"), "not a regular file");
-  std::atomic<bool> cancelled{true};
+  std::atomic<bool> canceled{true};
   CancelToken cancel;
-  cancel.cancelled = &cancelled;
-  CHECK_THROWS_AS(read_points(folder / "a.xyz", cancel), RunCancelled);
+  cancel.canceled = &canceled;
+  CHECK_THROWS_AS(read_points(folder / "a.xyz", cancel), RunCanceled);
 }
 
 TEST_CASE("read_points: every truncation and every changed byte gives points or an error") {

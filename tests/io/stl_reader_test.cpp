@@ -281,16 +281,16 @@ TEST_CASE("STL: VisCAM and Magics colors are told apart by their bits, and other
   // The top bit is set: blue is lowest.
   CHECK(
       same(faces(read_colored(colored_stl({0xFC00, 0x801F, 0x0000}))), {1, 0, 0, 0, 0, 1, none, none, none}));
-  // Magics: the top bit is clear, red is lowest, and others have the colour of the whole.
+  // Magics: the top bit is clear, red is lowest, and others have the color of the whole.
   const std::string header = std::string("COLOR=\x00\xFF\x00\xFF", 10);
   CHECK(
       same(faces(read_colored(colored_stl({0x001F, 0xFFFF, 0x7C00}, header))), {1, 0, 0, 0, 1, 0, 0, 0, 1}));
   CHECK(same(faces(read_colored(colored_stl({0, 0}, header))), {0, 1, 0, 0, 1, 0}));
-  // Attributes without the bit that says they are colours.
+  // Attributes without the bit that says they are colors.
   const PolygonMesh others = read_colored(colored_stl({0x1234, 0, 7}));
   CHECK(others.colors.face.empty());
   CHECK(others.notes[Note::colors_ignored] == 2);
   CHECK(read_colored(colored_stl({0, 0})).notes.any() == false);
-  // Nothing of it without colours.
+  // Nothing of it without colors.
   CHECK(read(colored_stl({0xFC00}), MeshFormat::stl).colors.face.empty());
 }

@@ -296,16 +296,16 @@ TEST_CASE("export_pointnet: ok rows with a class are written in shards per split
   const StoreReader store(folder / "s.h5");
   const PointnetCounts counts = export_pointnet(store, folder / "out/pointnet", 8);
   std::map<std::string, std::vector<std::uint64_t>> wanted;
-  std::uint64_t unlabelled = 0;
+  std::uint64_t unlabeled = 0;
   for (std::uint64_t row = 0; row < 150; ++row) {
     if (store.report(row).status != Status::ok) continue;
     const Split split = store.split(row);
     if (store.label(row) < 0)
-      ++unlabelled;
+      ++unlabeled;
     else
       wanted[split == Split::test ? "test" : split == Split::validation ? "val" : "train"].push_back(row);
   }
-  CHECK(counts.unlabelled == unlabelled);
+  CHECK(counts.unlabeled == unlabeled);
   CHECK(counts.train == wanted["train"].size());
   CHECK(counts.test == wanted["test"].size());
   CHECK(counts.validation == wanted["val"].size());

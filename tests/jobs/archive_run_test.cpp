@@ -29,7 +29,7 @@ ProcessResult run_models(const Ids& inputs, const fs::path& store, const Ids& mo
   return meander_with(arguments, options);
 }
 
-// A labelled folder with models of every format, one that is no mesh, and other files.
+// A labeled folder with models of every format, one that is no mesh, and other files.
 void put_models(const fs::path& folder) {
   const char* names[] = {"chair/train/a.off", "chair/test/b.obj", "lamp/train/c.ply", "lamp/test/d.stl"};
   int steps = 3;

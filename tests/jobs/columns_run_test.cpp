@@ -110,21 +110,20 @@ void require_verified(const fs::path& store) {
   REQUIRE(result.exit_code == 0);
 }
 
-// The unit square in two triangles, labelled 1 where x is 0 and 40 where it is 1, with x as `weight` and the
+// The unit square in two triangles, labeled 1 where x is 0 and 40 where it is 1, with x as `weight` and the
 // kinds 5 and 6 of the faces.
-std::string labelled_head(const std::string& format, const std::string& type) {
+std::string labeled_head(const std::string& format, const std::string& type) {
   return "ply\nformat " + format + " 1.0\nelement vertex 4\nproperty float x\nproperty float y\n" +
          "property float z\nproperty " + type + " label\nproperty float weight\nelement face 2\n" +
          "property list uchar int vertex_indices\nproperty " + type + " kind\nend_header\n";
 }
 
-std::string labelled_square(const std::string& type) {
-  return labelled_head("ascii", type) +
-         "0 0 0 1 0\n1 0 0 40 1\n1 1 0 40 1\n0 1 0 1 0\n3 0 1 2 5\n3 0 2 3 6\n";
+std::string labeled_square(const std::string& type) {
+  return labeled_head("ascii", type) + "0 0 0 1 0\n1 0 0 40 1\n1 1 0 40 1\n0 1 0 1 0\n3 0 1 2 5\n3 0 2 3 6\n";
 }
 
-std::string labelled_binary(const std::string& type) {
-  std::string data = labelled_head("binary_little_endian", type);
+std::string labeled_binary(const std::string& type) {
+  std::string data = labeled_head("binary_little_endian", type);
   const auto add = [&](auto value) { data.append(reinterpret_cast<const char*>(&value), sizeof value); };
   const std::size_t bytes = type.ends_with("char") ? 1 : type.ends_with("short") ? 2 : 4;
   const auto number = [&](std::uint32_t value) { data.append(reinterpret_cast<const char*>(&value), bytes); };
@@ -371,8 +370,7 @@ TEST_CASE("run --attribute: integers at vertices are classes, taken from the nea
     const fs::path folder = scratch / (binary ? "binary" : "ascii");
     fs::create_directories(folder);
     for (const char* type : {"char", "uchar", "short", "ushort", "int", "uint"})
-      write_file(folder / (std::string(type) + ".ply"),
-                 binary ? labelled_binary(type) : labelled_square(type));
+      write_file(folder / (std::string(type) + ".ply"), binary ? labeled_binary(type) : labeled_square(type));
     const fs::path store = folder.string() + ".h5";
     const ProcessResult result =
         run_columns(folder, store, {"--attribute", "label", "--attribute", "weight", "--attribute", "kind"});
@@ -484,7 +482,7 @@ TEST_CASE("run --attribute: glTF integers are classes, normalized ones are fract
 TEST_CASE("run --attribute: one that no model has is named with similar names, and every run exits with 3") {
   const ScratchFolder scratch;
   fs::create_directories(scratch / "in");
-  write_file(scratch / "in/a.ply", labelled_square("uchar"));
+  write_file(scratch / "in/a.ply", labeled_square("uchar"));
   write_mesh(scratch / "in/b.stl", cube());
   const Words words = {"--attribute", "labl", "--attribute", "weight"};
   for (int run = 0; run < 3; ++run) {
@@ -507,7 +505,7 @@ TEST_CASE("run --attribute: one that no model has is named with similar names, a
   const StoreReader reader(scratch / "s.h5");
   CHECK((reader.report(0).missing == 0b01 && reader.report(1).missing == 0b11));
   // A new model that has it ends this.
-  std::string other = labelled_square("uchar");
+  std::string other = labeled_square("uchar");
   other.replace(other.find("label"), 5, "labl");
   write_file(scratch / "in/c.ply", other);
   const ProcessResult later = run_columns(scratch / "in", scratch / "s.h5", words);
@@ -527,8 +525,8 @@ TEST_CASE("run --attribute: the type of a column is decided by the first models 
   const ScratchFolder scratch;
   fs::create_directories(scratch / "in");
   write_mesh(scratch / "in/a.stl", cube());
-  write_file(scratch / "in/b.ply", labelled_square("float"));
-  write_file(scratch / "in/c.ply", labelled_square("uchar"));
+  write_file(scratch / "in/b.ply", labeled_square("float"));
+  write_file(scratch / "in/c.ply", labeled_square("uchar"));
   REQUIRE(run_columns(scratch / "in", scratch / "s.h5", {"--attribute", "label", "-j", "4"}).exit_code == 0);
   REQUIRE(run_columns(scratch / "in", scratch / "t.h5", {"--attribute", "label", "-j", "1"}).exit_code == 0);
   CHECK(read_file(scratch / "s.h5") == read_file(scratch / "t.h5"));
@@ -537,7 +535,7 @@ TEST_CASE("run --attribute: the type of a column is decided by the first models 
   const Row later = row_of(scratch / "s.h5", "c.ply");
   for (const float value : later.samples.attributes[0]) CHECK((value == 1 || value == 40));
   // The store keeps its column when a model with integers comes in front.
-  write_file(scratch / "in/0.ply", labelled_square("uchar"));
+  write_file(scratch / "in/0.ply", labeled_square("uchar"));
   REQUIRE(run_columns(scratch / "in", scratch / "s.h5", {"--attribute", "label"}).exit_code == 0);
   CHECK(StoreReader(scratch / "s.h5").rows() == 4);
   REQUIRE(run_columns(scratch / "in", scratch / "u.h5", {"--attribute", "label"}).exit_code == 0);

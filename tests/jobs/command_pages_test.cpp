@@ -31,7 +31,7 @@ struct Example {
         .one_of({"round", "square"});
     draw.add_option("-n", count, "How many").show_default();
     draw.add_flag("--bold", bold, "Thick lines");
-    draw.under("Colours").add_option("--share", share, "'Part' of it");
+    draw.under("Colors").add_option("--share", share, "'Part' of it");
     Command ask = program.add_subcommand("ask", "Asks");
     ask.require_subcommand();
     ask.add_subcommand("question", "A question");
@@ -99,7 +99,7 @@ TEST_CASE("pages: every visible command has a manual page with all its options")
       "\\fB\\-\\-form\\fR round|\\:square\nOne [of]: C:\\ex or\n.br\n\\&.hidden line (default: round)\n"));
   CHECK(contains(draw, "\\fB\\-n\\fR \\fIN\\fR\nHow many (default: 4)\n"));
   CHECK(contains(draw, "\\fB\\-\\-bold\\fR\nThick lines\n"));
-  CHECK(contains(draw, ".SS Colours\n.TP\n\\fB\\-\\-share\\fR \\fIX\\fR\n\\&'Part' of it\n"));
+  CHECK(contains(draw, ".SS Colors\n.TP\n\\fB\\-\\-share\\fR \\fIX\\fR\n\\&'Part' of it\n"));
   CHECK(contains(draw, ".SH EXIT STATUS\n.nf\n0 all done\n.fi\n"));
   CHECK(contains(draw, "\\fBexample\\fR(1)\n"));
   CHECK(contains(pages.at("man/man1/example.1"), ".TP\n\\fBask\\fR\nAsks\n"));

@@ -62,7 +62,7 @@ constexpr Rgb fill = {204, 204, 204};
 std::uint32_t notes_of(const Row& row, Note note) { return row.report.notes[static_cast<std::size_t>(note)]; }
 bool has_notes(const Row& row) { return !row.report.note_text.empty(); }
 
-// Every sample away from the middle, and from the edges, where the image repeats, has the colour of its half.
+// Every sample away from the middle, and from the edges, where the image repeats, has the color of its half.
 void check_halves(const Row& row) {
   REQUIRE(row.report.status == Status::ok);
   CHECK(row.report.color_source == ColorSource::texture);

@@ -30,10 +30,10 @@ Row only_row(const std::string& store) { return StoreReader(store).read_row(0); 
 
 Vector3 point_of(const Row& row, std::size_t i) { return file_point(row.report, row.samples.points, i); }
 
-double farthest_from_sphere(const Row& row, Vector3 centre, double radius) {
+double farthest_from_sphere(const Row& row, Vector3 center, double radius) {
   double most = 0;
   for (std::size_t i = 0; i < row.samples.count(); ++i)
-    most = std::max(most, std::abs(distance(point_of(row, i), centre) / radius - 1));
+    most = std::max(most, std::abs(distance(point_of(row, i), center) / radius - 1));
   return most;
 }
 

@@ -60,7 +60,7 @@ struct Sampled {
         {"measure", "spacing", damaged, "--surface", in, "--csv", out + "/spacing.csv"},
         {"measure", "spacing", damaged + "::0", "--surface", in}};
     for (Words& words : all) words.insert(words.begin(), program);
-    all.push_back(run_words(damaged));  // the store is finished: it is summarised
+    all.push_back(run_words(damaged));  // the store is finished: it is summarized
     all.push_back(run_words(out + "/reused.h5"));
     all.back().insert(all.back().end(), {"--reuse", damaged});
     return all;

@@ -30,7 +30,7 @@ void wait_until(const std::function<bool()>& done) {
   for (int i = 0; i < 60000 && !done(); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(2));
 }
 
-// However long the signal takes to arrive, the item is dropped: check() throws once the run is cancelled.
+// However long the signal takes to arrive, the item is dropped: check() throws once the run is canceled.
 void stop_process(const GraphItem& item) {
   ::kill(::getpid(), SIGTERM);
   wait_until([&] {

@@ -36,7 +36,7 @@ ProcessResult run_normalized(const fs::path& input, const fs::path& store, const
   return meander_with(arguments);
 }
 
-// Models whose samples have their mean far from the centre of the box.
+// Models whose samples have their mean far from the center of the box.
 void put_models(const fs::path& folder) {
   fs::create_directories(folder / "a");
   fs::create_directories(folder / "b");

@@ -21,7 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-InputOptions labelled_by_folder() {
+InputOptions labeled_by_folder() {
   InputOptions options;
   options.label_from_folder = true;
   return options;
@@ -68,7 +68,7 @@ TEST_CASE("collect_inputs: ids are paths with extension, sorted by bytes, other 
     std::filesystem::create_directories((scratch / name).parent_path());
     write_file(scratch / name, "");
   }
-  const Inputs inputs = collect_inputs({scratch.path().string()}, labelled_by_folder());
+  const Inputs inputs = collect_inputs({scratch.path().string()}, labeled_by_folder());
   REQUIRE(inputs.items.size() == 4);
   CHECK(inputs.items[0].id == "Z.stl");
   CHECK(inputs.items[1].id == "b/a.obj");
@@ -220,12 +220,12 @@ TEST_CASE("collect_inputs: any file name gives an id of valid UTF-8") {
   for (const char* name :
        {"caf\xE9.off", "caf\xC3\xA9.off", "line\nbreak.off", "50%.off", "a%20b.off", "c%0A.off"})
     put_file(scratch / "set" / name);
-  const Inputs inputs = collect_inputs({(scratch / "set").string()}, labelled_by_folder());
+  const Inputs inputs = collect_inputs({(scratch / "set").string()}, labeled_by_folder());
   CHECK(ids_of(inputs) ==
         Ids{"50%.off", "a%20b.off", "c%250A.off", "caf%E9.off", "caf\xC3\xA9.off", "line%0Abreak.off"});
   for (const PlanItem& item : inputs.items) CHECK(scratch / "set" / unescape_id(item.id) == item.path);
   put_file(scratch / "set/\xFF%FF/x.off");
-  const Inputs deep = collect_inputs({(scratch / "set/\xFF%FF").string()}, labelled_by_folder());
+  const Inputs deep = collect_inputs({(scratch / "set/\xFF%FF").string()}, labeled_by_folder());
   CHECK(deep.label_names == Ids{"%FF%25FF"});
 }
 
@@ -338,14 +338,14 @@ TEST_CASE("collect_inputs: a labeled tree gives classes and splits") {
   // What is named beside the tree does not disturb it.
   put_file(scratch / "extra.off");
   CHECK(collect_inputs({tree, (scratch / "extra.off").string()}).notes.layout == FolderLayout::modelnet);
-  InputOptions flat = labelled_by_folder();
+  InputOptions flat = labeled_by_folder();
   flat.layout = FolderLayout::flat;
   CHECK(labels_of(collect_inputs({tree}, flat)) ==
         Ids{"chair/test/b.off test none", "chair/train/a.off train none", "lamp/train/c.off train none"});
   // One file that does not fit: nothing is guessed, but modelnet can be asked for.
   put_file(scratch / "m/spare.off");
   CHECK(collect_inputs({tree}).notes.layout == FolderLayout::flat);
-  InputOptions asked = labelled_by_folder();
+  InputOptions asked = labeled_by_folder();
   asked.layout = FolderLayout::modelnet;
   Ids more = expected;
   more.push_back("spare.off m none");
@@ -356,7 +356,7 @@ TEST_CASE("collect_inputs: a label file overrides the folders") {
   const ScratchFolder scratch;
   for (const char* name : {"m/a.off", "m/b, \"c\".off", "m/d.off", "m/e\xFF.off"}) put_file(scratch / name);
   const std::string tree = (scratch / "m").string(), file = (scratch / "labels.csv").string();
-  InputOptions options = labelled_by_folder();
+  InputOptions options = labeled_by_folder();
   options.labels = {file};
   const auto labels = [&](const std::string& csv) {
     write_file(file, csv);
@@ -371,7 +371,7 @@ TEST_CASE("collect_inputs: a label file overrides the folders") {
   CHECK(inputs.notes.items_without_line == 1);
   CHECK(inputs.label_names == Ids{"big lamp", "chair", "m"});
   // A header names the columns; the path may stand for the id.
-  CHECK(labels("split,colour,ID,Class\ntest,red,d.off,lamp\ntrain,,e\xFF.off,lamp\n").back() ==
+  CHECK(labels("split,color,ID,Class\ntest,red,d.off,lamp\ntrain,,e\xFF.off,lamp\n").back() ==
         "e%FF.off lamp train");
   // A repeated line is not a conflict.
   CHECK(labels("a.off,chair,train\na.off,chair,train\n").front() == "a.off chair train");
@@ -398,7 +398,7 @@ TEST_CASE("collect_inputs: an invalid label file is refused with its line") {
   CHECK_THAT(refusal("\"x\ny.off\",c\na.off,\"chair\n"),
              ContainsSubstring("line 3") && ContainsSubstring("not closed"));
   CHECK_THAT(refusal("\"a\"b,c\n"), ContainsSubstring("closing quotation mark"));
-  CHECK_THAT(refusal("id,colour\na.off,red\n"), ContainsSubstring("`class`"));
+  CHECK_THAT(refusal("id,color\na.off,red\n"), ContainsSubstring("`class`"));
   CHECK_THAT(refusal("id,class,split\na.off,red\n"), ContainsSubstring("2 fields, must be 3"));
   options.labels = {(scratch / "absent.csv").string()};
   CHECK_THAT(message_of({tree}, options), ContainsSubstring("cannot read"));
@@ -409,9 +409,9 @@ TEST_CASE("collect_inputs: an invalid label file is refused with its line") {
 namespace {
 
 // Labels of a tree whose files of labels are beside it.
-class LabelledTree {
+class LabeledTree {
  public:
-  explicit LabelledTree(const std::vector<std::string>& names) {
+  explicit LabeledTree(const std::vector<std::string>& names) {
     for (const std::string& name : names) put_file(scratch_ / "in" / name);
   }
   const fs::path& folder() const { return scratch_.path(); }
@@ -459,7 +459,7 @@ TEST_CASE("labels: all.csv of ShapeNet gives splits, and taxonomy.json the class
   const std::string_view all =
       "id,synsetId,subSynsetId,modelId,split\n000001,02691156,02690373,1a,train\n"
       "000002,03001627,02738535,1a,val\n000003,03001627,03001627,2b,test\n000009,04379243,04379243,2b,test\n";
-  const LabelledTree tree(v2);
+  const LabeledTree tree(v2);
   tree.write("all.csv", all);
   const auto lines = [&](const char* airplane, const char* chair, const std::string& end) {
     const std::string plane = airplane, seat = chair;
@@ -527,17 +527,17 @@ TEST_CASE("labels: all.csv finds models in other layouts if their number is uniq
   const std::string_view all =
       "id,synsetId,subSynsetId,modelId,split\n000001,02691156,02690373,1a,train\n"
       "000002,03001627,02738535,1a,val\n000003,03001627,03001627,2b,test\n";
-  const LabelledTree v1({"02691156/1a/model.obj", "03001627/2b/model.obj"});
+  const LabeledTree v1({"02691156/1a/model.obj", "03001627/2b/model.obj"});
   v1.write("all.csv", all);
   CHECK(v1.lines({"all.csv"}) ==
         Ids{"02691156/1a/model.obj 02691156 train", "03001627/2b/model.obj 03001627 test"});
-  const LabelledTree flat({"1a.obj", "2b.obj", "model_000002.obj"});
+  const LabeledTree flat({"1a.obj", "2b.obj", "model_000002.obj"});
   flat.write("all.csv", all);
   // 1a is a model of two synsets: nothing says which.
   CHECK(flat.lines({"all.csv"}) ==
         Ids{"1a.obj - none", "2b.obj 03001627 test", "model_000002.obj 03001627 validation"});
   // A model that stands in another synset is another one.
-  const LabelledTree other({"02691156/2b/model.obj"});
+  const LabeledTree other({"02691156/2b/model.obj"});
   other.write("all.csv", all);
   CHECK(other.lines({"all.csv"}) == Ids{"02691156/2b/model.obj 02691156 none"});
 }
@@ -547,7 +547,7 @@ TEST_CASE("labels: class names are stable and distinguish synsets") {
   for (const char* synset :
        {"02691156", "02690373", "03001627", "02738535", "02933112", "03018349", "09999999"})
     names.push_back(std::string(synset) + "/1a/models/m.obj");
-  const LabelledTree tree(names);
+  const LabeledTree tree(names);
   tree.write("taxonomy.json", taxonomy);
   CHECK(tree.read({"taxonomy.json"}).label_names == Ids{"09999999", "airliner", "airplane",
                                                         "cabinet 02933112", "cabinet 03018349", "chair",
@@ -565,7 +565,7 @@ TEST_CASE("labels: class names are stable and distinguish synsets") {
 TEST_CASE(
     "labels: tables without a class keep that of the folders, and columns are known by the names of data "
     "sets") {
-  const LabelledTree tree(
+  const LabeledTree tree(
       {"chair/train/chair_0001.off", "chair/test/chair_0002.off", "lamp/test/lamp_0001.off"});
   tree.write("splits.csv", "split,id\nval,chair_0001\ntrain,lamp_0001.off\n,chair_0002\n");
   CHECK(tree.lines({"splits.csv"}) == Ids{"chair/test/chair_0002.off chair test",
@@ -588,8 +588,8 @@ TEST_CASE(
                                        "chair/train/chair_0001.off seat train",
                                        "lamp/test/lamp_0001.off lamp test"});
   CHECK(tree.read({"ids.csv"}).notes.lines_without_item == 2);
-  tree.write("colours.csv", "id,colour\nchair_0001,red\n");
-  CHECK_THAT(tree.refusal({"colours.csv"}),
+  tree.write("colors.csv", "id,color\nchair_0001,red\n");
+  CHECK_THAT(tree.refusal({"colors.csv"}),
              ContainsSubstring("no column `class`") && ContainsSubstring("no column `split`"));
   CHECK_THAT(tree.refusal({"test=metadata.csv"}), ContainsSubstring("line 2: the split is `train`"));
   tree.write("classes.csv", "chair_0001,seat\n");
@@ -597,7 +597,7 @@ TEST_CASE(
 }
 
 TEST_CASE("labels: comments in tables are one-field lines that begin with #") {
-  const LabelledTree tree({"a.obj", "#b.obj"});
+  const LabeledTree tree({"a.obj", "#b.obj"});
   tree.write("t.csv", "# made by hand\nid,class\n  # a comment\na.obj,chair\n#b.obj,lamp\n#\n");
   CHECK(tree.lines({"t.csv"}) == Ids{"#b.obj lamp none", "a.obj chair none"});
   CHECK(tree.read({"t.csv"}).notes.lines_without_item == 0);
@@ -608,8 +608,8 @@ TEST_CASE("labels: comments in tables are one-field lines that begin with #") {
 }
 
 TEST_CASE("labels: lists have one id per line, and the split of the argument or of the file name") {
-  const LabelledTree tree({"airplane/airplane_0001.off", "airplane/airplane_0627.off",
-                           "night_stand/night_stand_0001.off", "sofa/sofa_0001.off"});
+  const LabeledTree tree({"airplane/airplane_0001.off", "airplane/airplane_0627.off",
+                          "night_stand/night_stand_0001.off", "sofa/sofa_0001.off"});
   tree.write("modelnet40_train.txt",
              "\xEF\xBB\xBF"
              "airplane_0001\r\n# a comment, with a comma\r\n\r\nnight_stand_0001\r\n");
@@ -636,13 +636,13 @@ TEST_CASE("labels: lists have one id per line, and the split of the argument or 
 
 TEST_CASE("labels: an item may be named by any unique end of its path") {
   const std::string uid = "8476c4170df24cf5bbe6967222d1a42d";
-  const LabelledTree tree(
-      {"glbs/000-023/" + uid + ".glb", "abc/00000002/00000002_1ffb_trimesh_001.obj",
-       "abc/00000003_aa11_trimesh_000.obj", "scans/scene0191_00/scene0191_00_vh_clean.ply",
-       "scans/scene0191_00/scene0191_00_vh_clean_2.ply", "flat/scene0707_01_vh_clean_2.ply",
-       "thingi/32770.stl", "future/0a1b/raw_model.obj", "future/0a1b/normalized_model.obj",
-       "gso/Shoe_1/meshes/model.obj", "partnet/2780/objs/new-0.obj", "partnet/2780/objs/new-1.obj",
-       "partnet/2781/objs/new-0.obj", "m123/m123.off"});
+  const LabeledTree tree({"glbs/000-023/" + uid + ".glb", "abc/00000002/00000002_1ffb_trimesh_001.obj",
+                          "abc/00000003_aa11_trimesh_000.obj", "scans/scene0191_00/scene0191_00_vh_clean.ply",
+                          "scans/scene0191_00/scene0191_00_vh_clean_2.ply",
+                          "flat/scene0707_01_vh_clean_2.ply", "thingi/32770.stl", "future/0a1b/raw_model.obj",
+                          "future/0a1b/normalized_model.obj", "gso/Shoe_1/meshes/model.obj",
+                          "partnet/2780/objs/new-0.obj", "partnet/2780/objs/new-1.obj",
+                          "partnet/2781/objs/new-0.obj", "m123/m123.off"});
   const auto train_of = [&](const std::string& ids) {
     tree.write("train.txt", ids);
     Ids found;
@@ -679,21 +679,21 @@ TEST_CASE("labels: an item may be named by any unique end of its path") {
 }
 
 TEST_CASE("labels: a line for a missing model matches no other model") {
-  const auto are_lacking = [](const LabelledTree& tree, const Ids& ids) {
+  const auto are_lacking = [](const LabeledTree& tree, const Ids& ids) {
     std::string list;
     for (const std::string& id : ids) list += id + "\n";
     tree.write("train.txt", list);
     const InputNotes notes = tree.read({"train.txt"}).notes;
     return notes.lines_without_item == ids.size() && notes.ambiguous_lines == 0;
   };
-  CHECK(are_lacking(LabelledTree({"2781/objs/new-0.obj"}),
+  CHECK(are_lacking(LabeledTree({"2781/objs/new-0.obj"}),
                     {"2782/objs/new-0.obj", "data_v0/2782/objs/new-0", "2782", "objs/new-1"}));
   CHECK(are_lacking(
-      LabelledTree({"02691156/1a/models/model_normalized.obj"}),
+      LabeledTree({"02691156/1a/models/model_normalized.obj"}),
       {"03001627/1a", "03001627/1a/models/model_normalized.obj", "02691156/2b/models/model_normalized.obj",
        "x/02691156/2b/models/model_normalized.obj", "shape_data/03001627/1a"}));
   // A folder of one synset as the input.
-  const LabelledTree tree({"03001627/1a/models/model_normalized.obj"});
+  const LabeledTree tree({"03001627/1a/models/model_normalized.obj"});
   tree.write("train.txt", "02691156/1a/models/model_normalized.obj\n");
   const std::string chairs = tree.in() + "/03001627";
   CHECK(collect_inputs({chairs}, tree.options({"train.txt"})).notes.lines_without_item == 1);
@@ -702,7 +702,7 @@ TEST_CASE("labels: a line for a missing model matches no other model") {
 }
 
 TEST_CASE("labels: JSON files of data sets are read") {
-  const LabelledTree tree(
+  const LabeledTree tree(
       {"03001627/aa/models/m.obj", "03001627/bb/models/m.obj", "02691156/cc/models/m.obj"});
   const auto lines = [&](const std::string& name, const std::string& text) {
     tree.write(name, text);

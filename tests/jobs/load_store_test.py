@@ -328,7 +328,7 @@ def check_chosen(load_store, meander, folder):
         assert "no normals" in str(error)
 
 
-def write_coloured_box(path, height):
+def write_colored_box(path, height):
     corners = [(a, b, c) for a in (0, 1) for b in (0, 1) for c in (0, height)]
     faces = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
     path.write_text("\n".join(["COFF", "8 6 0"] + [f"{a} {b} {c} {60 * a} {255 * b} {30} 255" for a, b, c in corners]
@@ -359,12 +359,12 @@ def main():
         check_ann(meander, store, folder / "cosine.hdf5", "cosine", "angular")
         for i in range(20):
             for name, height in (("flat", 0.1), ("tall", 3)):
-                write_coloured_box(folder / "in" / name / f"box{i:02}.off", height + 0.1 * i)
-        coloured = folder / "c.h5"
-        made = subprocess.run([meander, "run", str(folder / "in"), "-o", str(coloured), "-n", "128", "--colors",
+                write_colored_box(folder / "in" / name / f"box{i:02}.off", height + 0.1 * i)
+        colored = folder / "c.h5"
+        made = subprocess.run([meander, "run", str(folder / "in"), "-o", str(colored), "-n", "128", "--colors",
                                "--label-from-folder", "--progress", "none"], check=False)
         assert made.returncode == 3
-        check_arrays(meander, coloured, folder)
+        check_arrays(meander, colored, folder)
         check_frames(meander, folder)
         check_packs(meander, load_store, folder)
         check_chosen(load_store, meander, folder)

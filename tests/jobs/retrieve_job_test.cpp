@@ -449,7 +449,7 @@ TEST_CASE("retrieve: mistakes are explained") {
   const ScratchFolder scratch;
   write_items(scratch / "s.h5");
   write_items(scratch / "bare.h5", false);
-  write_items(scratch / "unlabelled.h5", true, false);
+  write_items(scratch / "unlabeled.h5", true, false);
   const auto refusal = [&](const std::vector<std::string>& arguments) {
     const ProcessResult result = retrieve(arguments);
     CHECK(result.exit_code == 2);
@@ -460,7 +460,7 @@ TEST_CASE("retrieve: mistakes are explained") {
                  "did you mean `place`?; it has place, flat, wide"));
   CHECK(contains(refusal({"evaluate", scratch / "s.h5", "--descriptor", "place+"}), "no descriptor ``"));
   CHECK(contains(refusal({"evaluate", scratch / "s.h5", "--descriptor", "error"}), "no descriptor `error`"));
-  CHECK(contains(refusal({"evaluate", scratch / "unlabelled.h5"}), "--classes FILE.cla"));
+  CHECK(contains(refusal({"evaluate", scratch / "unlabeled.h5"}), "--classes FILE.cla"));
   CHECK(contains(refusal({"evaluate", scratch / "s.h5", "--distance", "chi3"}), "did you mean `chi2`?"));
   CHECK(contains(refusal({"evaluate", scratch / "s.h5", "--confusion", "c.gif"}), ".png or .svg"));
   CHECK(contains(refusal({"evaluate", scratch / "s.h5", "--picture", "c.png"}), ".svg"));

@@ -237,15 +237,15 @@ TEST_CASE("run: ShapeNet as distributed, with table and taxonomy, unpacked and a
   CHECK_THAT(bare.out, !ContainsSubstring("not used"));
   write_file(root / "all.csv", table);
   write_file(root / "taxonomy.json", taxonomy);
-  // Rows are labelled as before where nothing is asked for, and the summary says what there is.
+  // Rows are labeled as before where nothing is asked for, and the summary says what there is.
   const ProcessResult unused = run({root}, scratch / "unused.h5");
   CHECK(read_file(scratch / "unused.h5") == read_file(scratch / "bare.h5"));
   CHECK_THAT(unused.out, ContainsSubstring("--labels " + (root / "all.csv").string()) &&
                              ContainsSubstring("--labels " + (root / "taxonomy.json").string()));
-  const ProcessResult labelled = run({root}, scratch / "s.h5", {"--labels", (root / "all.csv").string()});
-  INFO(labelled.out << labelled.err);
-  REQUIRE(labelled.exit_code == 0);
-  CHECK_THAT(labelled.out,
+  const ProcessResult labeled = run({root}, scratch / "s.h5", {"--labels", (root / "all.csv").string()});
+  INFO(labeled.out << labeled.err);
+  REQUIRE(labeled.exit_code == 0);
+  CHECK_THAT(labeled.out,
              ContainsSubstring("labels: 0 items without a line, 1 lines without an item\n    no item: "
                                "`03001627/9f`, `" +
                                (root / "all.csv").string() + "` line 5") &&

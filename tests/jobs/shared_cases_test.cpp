@@ -60,7 +60,7 @@ bool all_have(const Row& row, const Rgb& wanted, int tolerance = 0) {
   return row.report.color_fills == 0;
 }
 
-// The share of samples with this colour.
+// The share of samples with this color.
 double share_of(const Row& row, const Rgb& wanted, int tolerance = 0) {
   double count = 0;
   for (std::size_t i = 0; i < row.samples.count(); ++i) count += is_near(color(row, i), wanted, tolerance);

@@ -451,7 +451,7 @@ TEST_CASE("run --colors: the textured files of assimp-testmodels have the colors
     CHECK(row.report.color_source == ColorSource::texture);
     CHECK(row.report.color_fills == 0);
   }
-  // One picture in four places gives the same colours.
+  // One picture in four places gives the same colors.
   std::vector<std::vector<std::uint8_t>> boxes;
   for (const char* name :
        {"glTF2/BoxTextured-glTF/BoxTextured.gltf", "glTF2/BoxTextured-glTF-Binary/BoxTextured.glb"})

@@ -189,7 +189,7 @@ std::vector<double> seam_distances(const ChartedModel& model, const FieldSamples
                     b = mesh.position(mesh.triangles[next_half_edge(of_mesh)]);
       const auto pieces = static_cast<int>(std::ceil(distance(a, b) / step));
       for (int i = 0; i < pieces; ++i)
-        seam.push_back(mesh.centre + mesh.unit * (a + (i + 0.5) / pieces * (b - a)));
+        seam.push_back(mesh.center + mesh.unit * (a + (i + 0.5) / pieces * (b - a)));
     }
   std::vector<double> nearest(samples.s1.size(), 1e9);
   for (std::size_t i = 0; i < nearest.size(); ++i) {

@@ -137,20 +137,20 @@ TEST_CASE("balanced order: consecutive cells are neighbors") {
   constexpr std::uint32_t n = 1000;
   const std::vector<MassPoint> points = square_points(16000);
   const BalancedOrder order = ordered(points, n);
-  std::vector<std::array<double, 2>> centre(n, {0, 0});
+  std::vector<std::array<double, 2>> center(n, {0, 0});
   std::vector<double> mass(n, 0);
   for (std::size_t i = 0; i < order.element.size(); ++i) {
     const double m = order.cumulative[i + 1] - order.cumulative[i];
     const auto cell = static_cast<std::size_t>(std::min(
         0.5 * (order.cumulative[i] + order.cumulative[i + 1]) / order.cumulative.back() * n, n - 1.0));
     for (std::size_t k = 0; k < 2; ++k)
-      centre[cell][k] += m * static_cast<double>(points[order.element[i]].at[k]);
+      center[cell][k] += m * static_cast<double>(points[order.element[i]].at[k]);
     mass[cell] += m;
   }
   double sum = 0;
   for (std::size_t c = 0; c + 1 < n; ++c)
-    sum += std::hypot(centre[c][0] / mass[c] - centre[c + 1][0] / mass[c + 1],
-                      centre[c][1] / mass[c] - centre[c + 1][1] / mass[c + 1]);
+    sum += std::hypot(center[c][0] / mass[c] - center[c + 1][0] / mass[c + 1],
+                      center[c][1] / mass[c] - center[c + 1][1] / mass[c + 1]);
   const double step = sum / (n - 1) * std::sqrt(static_cast<double>(n));
   INFO("mean step " << step << " of a cell's width");
   CHECK(step < 1.25);  // 1 is the least; children in the order of the axes have 1.5

@@ -35,9 +35,9 @@ double total_area(const PolygonMesh& mesh) {
   return area;
 }
 
-RotatedBox straight_box(Vector3 centre, double hx, double hy, double hz) {
+RotatedBox straight_box(Vector3 center, double hx, double hy, double hz) {
   RotatedBox box;
-  box.centre = centre;
+  box.center = center;
   box.axes = {Vector3{1, 0, 0}, Vector3{0, 1, 0}, Vector3{0, 0, 1}};
   box.half = {hx, hy, hz};
   return box;
@@ -45,7 +45,7 @@ RotatedBox straight_box(Vector3 centre, double hx, double hy, double hz) {
 
 bool holds(const RotatedBox& box, Vector3 p) {
   for (std::size_t k = 0; k < 3; ++k)
-    if (std::abs(dot(box.axes[k], p - box.centre)) > box.half[k]) return false;
+    if (std::abs(dot(box.axes[k], p - box.center)) > box.half[k]) return false;
   return true;
 }
 
@@ -54,8 +54,8 @@ bool holds(const RotatedBox& box, Vector3 p) {
 double area_by_subdivision(const RotatedBox& box, Vector3 a, Vector3 b, Vector3 c, int depth) {
   if (holds(box, a) && holds(box, b) && holds(box, c)) return triangle_area(a, b, c);
   for (std::size_t k = 0; k < 3; ++k) {
-    const double qa = dot(box.axes[k], a - box.centre), qb = dot(box.axes[k], b - box.centre),
-                 qc = dot(box.axes[k], c - box.centre), h = box.half[k];
+    const double qa = dot(box.axes[k], a - box.center), qb = dot(box.axes[k], b - box.center),
+                 qc = dot(box.axes[k], c - box.center), h = box.half[k];
     if ((qa > h && qb > h && qc > h) || (qa < -h && qb < -h && qc < -h)) return 0;
   }
   if (depth == 0) return holds(box, (1.0 / 3) * (a + b + c)) ? triangle_area(a, b, c) : 0;
@@ -107,7 +107,7 @@ TEST_CASE("area_in_box: a box around everything holds the whole area") {
   for (const PolygonMesh& mesh : {tetrahedron(), cube(), icosphere(3), torus(30, 20)}) {
     RotatedBox box = straight_box({0.1, 0, 0}, 4, 4, 4);
     CHECK(area_in_box(mesh, box) == Approx(total_area(mesh)).epsilon(1e-14));
-    box.centre = {20, 0, 0};
+    box.center = {20, 0, 0};
     CHECK(area_in_box(mesh, box) == 0);
   }
 }
@@ -177,11 +177,11 @@ TEST_CASE("area_in_box: the parts of a split box add up") {
     const double whole = area_in_box(mesh, box);
     for (std::size_t k = 0; k < 3; ++k) {
       RotatedBox low = box, high = box;
-      const double at = 0.3 * box.half[k];  // where the box is cut, from its centre
+      const double at = 0.3 * box.half[k];  // where the box is cut, from its center
       low.half[k] = 0.5 * (box.half[k] + at);
-      low.centre = box.centre + (at - low.half[k]) * box.axes[k];
+      low.center = box.center + (at - low.half[k]) * box.axes[k];
       high.half[k] = 0.5 * (box.half[k] - at);
-      high.centre = box.centre + (at + high.half[k]) * box.axes[k];
+      high.center = box.center + (at + high.half[k]) * box.axes[k];
       CHECK(area_in_box(mesh, low) + area_in_box(mesh, high) == Approx(whole).epsilon(1e-12));
     }
   }
@@ -199,12 +199,12 @@ TEST_CASE("area_in_box: invariant to rigid motion, and scales with the unit") {
   parameters.boxes = 30;
   for (const RotatedBox& box : random_boxes(mesh, parameters)) {
     RotatedBox moved_box = box;
-    moved_box.centre = turn(box.centre);
+    moved_box.center = turn(box.center);
     for (Vector3& axis : moved_box.axes) axis = turn(axis);
     const double area = area_in_box(mesh, box);
     CHECK(area_in_box(turned, moved_box) == Approx(area).epsilon(1e-12));
     for (double& half : moved_box.half) half *= 1e6;
-    moved_box.centre = 1e6 * moved_box.centre;
+    moved_box.center = 1e6 * moved_box.center;
     CHECK(area_in_box(scaled, moved_box) == Approx(1e12 * area).epsilon(1e-12));
   }
 }

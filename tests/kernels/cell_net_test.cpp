@@ -17,7 +17,7 @@ using namespace meander::test;
 
 namespace {
 
-// The centres of a grid of side x side points of equal mass in the unit square.
+// The centers of a grid of side x side points of equal mass in the unit square.
 std::vector<MassPoint> square_grid(std::uint32_t side) {
   std::vector<MassPoint> points;
   for (std::uint32_t i = 0; i < side; ++i)

@@ -255,11 +255,11 @@ TEST_CASE("clipped pieces: one sample in every elementary interval of two triang
 }
 
 TEST_CASE("clipped pieces: cells of two triangles stay compact in large sets") {
-  // Samples of neighbouring cells along the path lie about a cell's width apart; slabs would be far longer.
+  // Samples of neighboring cells along the path lie about a cell's width apart; slabs would be far longer.
   const std::vector<Corners> square = square_at(-0.5, -0.5, 1, 0);
   constexpr std::uint32_t n = 65536;
   const BalancedCells cells = polygons_of_triangles(square, n, 1u << 20);
-  std::vector<std::array<double, 2>> centre;  // of the mass
+  std::vector<std::array<double, 2>> center;  // of the mass
   for (const Cell& cell : cells.cell) {
     std::array<double, 2> moment{};
     double mass = 0;
@@ -268,17 +268,17 @@ TEST_CASE("clipped pieces: cells of two triangles stay compact in large sets") {
       for (std::size_t k = 0; k < 2; ++k) moment[k] += m * static_cast<double>(entry.at[k]);
       mass += m;
     }
-    centre.push_back({moment[0] / mass, moment[1] / mass});
+    center.push_back({moment[0] / mass, moment[1] / mass});
   }
   std::uint32_t far = 0;
   for (std::size_t c = 1; c < n; ++c) {
-    const auto &a = centre[c - 1], &b = centre[c];
+    const auto &a = center[c - 1], &b = center[c];
     far += std::hypot(a[0] - b[0], a[1] - b[1]) * 256 > 2.5;
   }
   CHECK(far <= n / 500);
-  // Of the centres of square cells the distances from a lattice are small; those of slabs are not.
+  // Of the centers of square cells the distances from a lattice are small; those of slabs are not.
   std::uint32_t off = 0;
-  for (const std::array<double, 2>& place : centre)
+  for (const std::array<double, 2>& place : center)
     for (const double coordinate : place) {
       const double at = (coordinate + 0.5) * 256 - 0.5;
       off += std::abs(at - std::round(at)) > 0.45;

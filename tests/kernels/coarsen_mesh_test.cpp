@@ -243,7 +243,7 @@ TEST_CASE("coarsen_mesh: a plane is reproduced, and fine triangles stay where th
     std::array<double, 3> u{}, v{};
     REQUIRE(places.find(t, u, v));
     for (std::size_t k = 0; k < 3; ++k) {
-      const Vector3 p = fine.centre + fine.unit * fine.position(fine.triangles[3 * t + k]);
+      const Vector3 p = fine.center + fine.unit * fine.position(fine.triangles[3 * t + k]);
       const auto [expected_u, expected_v] = map(p);
       REQUIRE(u[k] == Approx(expected_u).margin(1e-9));
       REQUIRE(v[k] == Approx(expected_v).margin(1e-9));
@@ -271,7 +271,7 @@ TEST_CASE("coarsen_mesh: the coarse triangle lies under the fine one") {
 }
 
 TEST_CASE("coarsen_mesh: adversarial meshes keep their topology") {
-  // A vertex of 5,000 neighbours, needles, coincident vertices, lengths at the ends of double.
+  // A vertex of 5,000 neighbors, needles, coincident vertices, lengths at the ends of double.
   const PreparedMesh fan = prepare_mesh(cone(5000));
   const CoarseMesh coarse_fan = coarsened(fan);
   if (!coarse_fan.empty()) check_coarse(fan, coarse_fan);

@@ -99,16 +99,16 @@ TEST_CASE("comb_directions: odd singularities are found, even ones can be combed
     const CombedDirections combed = comb_directions(mesh, chart, field_by_formula(mesh, singularity(index)));
     INFO("index " << index);
     // Round a triangle with index 3/2 the direction may turn by more than a right angle from one triangle to
-    // the next: then the parity is that of the neighbourhood.
+    // the next: then the parity is that of the neighborhood.
     CHECK(combed.odd_vertices.size() % 2 == 1);
     if (std::abs(index) < 1) REQUIRE(combed.odd_vertices.size() == 1);
     CHECK(combed.inconsistent_edges >= 5);  // from the middle to the rim
     for (const std::uint32_t w : combed.odd_vertices) {
-      const Vector3 p = mesh.centre + mesh.unit * mesh.position(chart.source_vertex[w]);
+      const Vector3 p = mesh.center + mesh.unit * mesh.position(chart.source_vertex[w]);
       CHECK(std::hypot(p.x - 0.503, p.y - 0.496) < 0.15);
     }
   }
-  // Centred on a vertex of a regular grid, six triangles round it.
+  // Centered on a vertex of a regular grid, six triangles round it.
   const PreparedMesh regular = prepare_mesh(turned_corners(grid_plane(8, 8)));
   const CombedDirections combed =
       comb_directions(regular, cut(regular), field_by_formula(regular, [](Vector3 p, Vector3) {
@@ -180,7 +180,7 @@ TEST_CASE("comb_directions: on a cut-open sphere curvature is transported and no
                         return WantedSpacing{{-p.x * p.z, -p.y * p.z, 1 - p.z * p.z}, 2, 1};
                       }));
   for (const std::uint32_t w : combed.odd_vertices) {
-    const Vector3 p = mesh.centre + mesh.unit * mesh.position(chart.source_vertex[w]);
+    const Vector3 p = mesh.center + mesh.unit * mesh.position(chart.source_vertex[w]);
     CHECK(std::hypot(p.x, p.y) < 0.3);
   }
   CHECK(combed.odd_vertices.size() % 2 == 0);

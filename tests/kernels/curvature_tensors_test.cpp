@@ -28,7 +28,7 @@ AmbientTensor ambient_tensor(TangentTensor t, const TangentFrame& frame) {
 using std::numbers::pi;
 
 Vector3 file_position(const PreparedMesh& mesh, std::uint32_t v) {
-  return mesh.centre + mesh.unit * mesh.position(v);
+  return mesh.center + mesh.unit * mesh.position(v);
 }
 
 std::vector<double> vertex_areas(const PreparedMesh& mesh) {

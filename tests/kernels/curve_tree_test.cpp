@@ -108,7 +108,7 @@ TEST_CASE("refine: leaves of random adaptive trees tile the square in curve orde
       CHECK(worst_gap < 1e-12);
       CHECK(least_border > 1 - 1e-9);  // the whole side of the smaller of the two
       CHECK(ascending);
-      CHECK(uneven);  // neighbours of very different depth do occur
+      CHECK(uneven);  // neighbors of very different depth do occur
     }
 }
 

@@ -30,7 +30,7 @@ Errors relative_errors(const PreparedMesh& mesh, std::span<const double> area, s
   Errors errors;
   double total = 0;
   for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v) {
-    const Vector3 p = mesh.centre + mesh.unit * mesh.position(v);
+    const Vector3 p = mesh.center + mesh.unit * mesh.position(v);
     const double error = std::abs(value[v] - exact(p)) / std::abs(exact(p));
     errors.mean += area[v] * error;
     errors.worst = std::max(errors.worst, error);

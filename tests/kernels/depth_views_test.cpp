@@ -67,7 +67,7 @@ TEST_CASE("depth views: a box in closed form") {
     box.y[v] *= half[1];
     box.z[v] *= half[2];
   }
-  // The mean square distance of the surface from its centre, face by face.
+  // The mean square distance of the surface from its center, face by face.
   double area = 0, square = 0;
   for (std::size_t k = 0; k < 3; ++k) {
     const double a = half[(k + 1) % 3], b = half[(k + 2) % 3], face = 8 * a * b;

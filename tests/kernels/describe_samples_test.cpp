@@ -49,7 +49,7 @@ TEST_CASE("sample_triangles: finds the triangle of each sample of a polygon with
   }
 }
 
-TEST_CASE("descriptors: those of all pairs and tuples can be cancelled") {
+TEST_CASE("descriptors: those of all pairs and tuples can be canceled") {
   const std::vector<float> points = [] {
     std::vector<float> numbers;
     for (int i = 0; i < 3000; ++i) numbers.push_back(static_cast<float>(i * 37 % 101));
@@ -58,14 +58,14 @@ TEST_CASE("descriptors: those of all pairs and tuples can be cancelled") {
   std::vector<float> normals(points.size(), 0);
   for (std::size_t i = 0; i < normals.size(); i += 3) normals[i] = 1;
   const std::atomic<bool> stop = true;
-  CancelToken cancelled, late;
-  cancelled.cancelled = &stop;
+  CancelToken canceled, late;
+  canceled.canceled = &stop;
   late.deadline = std::chrono::steady_clock::now() - std::chrono::seconds(1);
   const RandomKey key = make_random_key(1, {});
-  CHECK_THROWS_AS(distance_histogram(points, {}, cancelled), RunCancelled);
+  CHECK_THROWS_AS(distance_histogram(points, {}, canceled), RunCanceled);
   CHECK_THROWS_AS(distance_histogram(points, {.scale = HistogramScale::mean}, late), ItemError);
   CHECK_THROWS_AS(oriented_pair_histogram(points, normals, {}, late), ItemError);
-  CHECK_THROWS_AS(shape_function_histogram(points, ShapeFunction::angle, key, {}, cancelled), RunCancelled);
+  CHECK_THROWS_AS(shape_function_histogram(points, ShapeFunction::angle, key, {}, canceled), RunCanceled);
   CHECK_THROWS_AS(shell_harmonics(points, late), ItemError);
 }
 
@@ -84,10 +84,10 @@ TEST_CASE("sample_triangles: weights and triangle reproduce the point, in polygo
     const double b1 = samples.barycentric[2 * i], b2 = samples.barycentric[2 * i + 1];
     const Vector3 p = (1 - b1 - b2) * model.surface.position(corner[0]) +
                       b1 * model.surface.position(corner[1]) + b2 * model.surface.position(corner[2]);
-    const Vector3 centre = model.surface.centre;
-    CHECK(centre.x + model.surface.unit * p.x == Approx(samples.points[3 * i]).margin(1e-6));
-    CHECK(centre.y + model.surface.unit * p.y == Approx(samples.points[3 * i + 1]).margin(1e-6));
-    CHECK(centre.z + model.surface.unit * p.z == Approx(samples.points[3 * i + 2]).margin(1e-6));
+    const Vector3 center = model.surface.center;
+    CHECK(center.x + model.surface.unit * p.x == Approx(samples.points[3 * i]).margin(1e-6));
+    CHECK(center.y + model.surface.unit * p.y == Approx(samples.points[3 * i + 1]).margin(1e-6));
+    CHECK(center.z + model.surface.unit * p.z == Approx(samples.points[3 * i + 2]).margin(1e-6));
   }
 
   // A mesh that was not the one sampled.

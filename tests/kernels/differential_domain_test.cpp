@@ -275,14 +275,14 @@ TEST_CASE("add_anisotropic_differences: a stretched set equals the set it came f
 TEST_CASE("geodesic_length: exact on spheres, planes, and in its limit") {
   const std::vector<double> points = random_sphere(400, 2);
   const auto at = [&](std::size_t i) { return Vector3{points[3 * i], points[3 * i + 1], points[3 * i + 2]}; };
-  const Vector3 centre{1, 2, 3};
+  const Vector3 center{1, 2, 3};
   for (std::size_t i = 0; i + 1 < 400; ++i) {
     const Vector3 n = at(i), m = at(i + 1);
     const double angle = std::atan2(norm(cross(n, m)), dot(n, m));
-    const double length = geodesic_length(centre + 5.0 * n, n, centre + 5.0 * m, m);
+    const double length = geodesic_length(center + 5.0 * n, n, center + 5.0 * m, m);
     if (angle < 3) {
       CHECK(length == Approx(5 * angle).epsilon(1e-12));
-      CHECK(geodesic_length(centre + 5.0 * m, m, centre + 5.0 * n, n) == Approx(length).epsilon(1e-14));
+      CHECK(geodesic_length(center + 5.0 * m, m, center + 5.0 * n, n) == Approx(length).epsilon(1e-14));
     }
     // Nearby: no cancellation.
     const Vector3 near = (1 / norm(n + 1e-6 * m)) * (n + 1e-6 * m);

@@ -321,7 +321,7 @@ TEST_CASE("locate_with_embree: a chart folded in two is separated along the fold
   for (std::uint32_t t = 0; t < model.masses.size(); ++t) {
     double x = 0;
     for (std::size_t k = 0; k < 3; ++k)
-      x += (model.mesh.centre + model.mesh.unit * model.mesh.position(model.mesh.triangles[3 * t + k])).x / 3;
+      x += (model.mesh.center + model.mesh.unit * model.mesh.position(model.mesh.triangles[3 * t + k])).x / 3;
     REQUIRE(model.located.sheet[t] < 2);
     if (x < 0.45) ++sheet_of_left[model.located.sheet[t]];
     if (x > 0.55) ++sheet_of_right[model.located.sheet[t]];

@@ -43,7 +43,7 @@ Found first_hit(const PolygonMesh& file, const ChartMap& map, std::uint64_t samp
   Density density;
   if (density_of)
     for (const std::uint32_t v : found.mesh.triangles)
-      density.corner.push_back(density_of(found.mesh.centre + found.mesh.unit * found.mesh.position(v)));
+      density.corner.push_back(density_of(found.mesh.center + found.mesh.unit * found.mesh.position(v)));
   LocateParameters parameters;
   parameters.samples = samples;
   parameters.curve.leaves_per_sample = 64;
@@ -72,7 +72,7 @@ TEST_CASE("locate_first_hit: at least 64 curve vertices per sample, in curve ord
     const double b1 = e.vertex[2 * i], b2 = e.vertex[2 * i + 1], b0 = 1 - b1 - b2;
     outside += b1 < 0 || b2 < 0 || b0 < -1e-6;
     const double u = b0 * t.u[0] + b1 * t.u[1] + b2 * t.u[2], v = b0 * t.v[0] + b1 * t.v[1] + b2 * t.v[2];
-    const std::uint64_t key = curve_key(CurveKind::hilbert, u, v) >> 32;  // leaf centres, known to float32
+    const std::uint64_t key = curve_key(CurveKind::hilbert, u, v) >> 32;  // leaf centers, known to float32
     backwards += key < last_key;
     last_key = key;
     const double mass = e.cumulative[i + 1] - e.cumulative[i];
@@ -92,7 +92,7 @@ TEST_CASE("locate_first_hit: on an isometric chart the leaves over the surface s
 }
 
 TEST_CASE("locate_first_hit: the total is close to the area") {
-  // On a similarity the factor is exact. What is lost are the leaves at the chart's border whose centre
+  // On a similarity the factor is exact. What is lost are the leaves at the chart's border whose center
   // misses it (nothing splits those further), ever less with finer trees.
   double last = 1;
   for (const std::uint64_t samples : {16u, 256u, 4096u}) {

@@ -101,7 +101,7 @@ TEST_CASE("formula density: masses of other formulas are close to the integral")
   double worst = 0;
   for (double b1 = 0.02; b1 < 0.95; b1 += 0.031)
     for (double b2 = 0.01; b1 + b2 < 1; b2 += 0.029) {
-      const Vector3 at = mesh.centre + mesh.unit * source.at(b1, b2);
+      const Vector3 at = mesh.center + mesh.unit * source.at(b1, b2);
       worst = std::max(worst, std::abs(source.density_at(b1, b2) - at.x * at.y));
     }
   CHECK(worst < 0.005);

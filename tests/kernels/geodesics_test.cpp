@@ -54,10 +54,10 @@ Vector3 file_position(const PreparedMesh& mesh, PointsOnMesh points, std::size_t
   Vector3 p;
   for (std::uint32_t k = 0; k < 3; ++k)
     p = p + w[k] * mesh.position(mesh.triangles[3 * points.triangle[i] + k]);
-  return mesh.centre + mesh.unit * p;
+  return mesh.center + mesh.unit * p;
 }
 Vector3 file_position(const PreparedMesh& mesh, std::uint32_t vertex) {
-  return mesh.centre + mesh.unit * mesh.position(vertex);
+  return mesh.center + mesh.unit * mesh.position(vertex);
 }
 
 struct Errors {

@@ -36,12 +36,12 @@ std::vector<std::uint32_t> random_triangles(std::mt19937& random, std::size_t co
   return triangles;
 }
 
-// A closed fan of `corners` triangles around vertex `centre`, its rim from vertex `first` on.
-void add_fan(std::uint32_t centre, std::uint32_t first, std::uint32_t corners, bool closed,
+// A closed fan of `corners` triangles around vertex `center`, its rim from vertex `first` on.
+void add_fan(std::uint32_t center, std::uint32_t first, std::uint32_t corners, bool closed,
              std::vector<std::uint32_t>& triangles) {
   for (std::uint32_t k = 0; k < corners; ++k)
     triangles.insert(triangles.end(),
-                     {centre, first + k, closed && k + 1 == corners ? first : first + k + 1});
+                     {center, first + k, closed && k + 1 == corners ? first : first + k + 1});
 }
 
 void check_against_map(const std::vector<std::uint32_t>& triangles, std::uint32_t vertices) {
@@ -127,7 +127,7 @@ TEST_CASE("places_along_curve: sorts by the whole key, stable for ties") {
     std::vector<CentroidSum> sums(count);
     std::vector<std::uint64_t> key;
     for (CentroidSum& sum : sums) {
-      // Few places, each with neighbours that only the last bits of the key tell apart.
+      // Few places, each with neighbors that only the last bits of the key tell apart.
       const auto coordinate = [&] {
         return 0.25 * (below(random, 5) - 2.0) + 0x1p-20 * static_cast<double>(below(random, 4));
       };

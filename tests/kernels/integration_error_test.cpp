@@ -120,11 +120,11 @@ TEST_CASE(
   CHECK_THROWS_AS(mean_estimate(values, std::vector<double>{1, 0, 2}), std::invalid_argument);
 }
 
-TEST_CASE("summarise_errors: root mean square, max, and deviation about the mean") {
-  const ErrorSummary summary = summarise_errors(std::vector<double>{-3, 1, 2});
+TEST_CASE("summarize_errors: root mean square, max, and deviation about the mean") {
+  const ErrorSummary summary = summarize_errors(std::vector<double>{-3, 1, 2});
   CHECK(summary.rms == Approx(std::sqrt(14.0 / 3)));
   CHECK(summary.largest == 3);
   CHECK(summary.standard_deviation == Approx(std::sqrt(7.0)));
-  CHECK(summarise_errors(std::vector<double>{-2}).standard_deviation == 0);
-  CHECK_THROWS_AS(summarise_errors({}), std::invalid_argument);
+  CHECK(summarize_errors(std::vector<double>{-2}).standard_deviation == 0);
+  CHECK_THROWS_AS(summarize_errors({}), std::invalid_argument);
 }

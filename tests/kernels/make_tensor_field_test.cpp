@@ -245,7 +245,7 @@ TEST_CASE(
   const TensorField field = make_tensor_field(file, mesh, parameters);
   double worst = 0;
   for (std::size_t h = 0; h < field.corner.size(); ++h) {
-    const Vector3 p = mesh.centre + mesh.unit * mesh.position(mesh.triangles[h]);
+    const Vector3 p = mesh.center + mesh.unit * mesh.position(mesh.triangles[h]);
     const double x = (p.x - box[0]) / longest, z = (p.z - box[2]) / longest;
     const double ratio = std::hypot((2 + x + z) / std::sqrt(2), (1 + x / 2) * std::sqrt(2));
     const TensorAxes axes = spacings_of(field.corner[h]);

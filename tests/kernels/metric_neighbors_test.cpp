@@ -75,7 +75,7 @@ double mean(const std::vector<double>& values) {
 
 TEST_CASE("metric neighbors: equal a comparison of all pairs") {
   TangentArrays surface = random_sphere(250, 8, 4);
-  // Samples of a second sheet right beside the first ones: no neighbours.
+  // Samples of a second sheet right beside the first ones: no neighbors.
   for (std::size_t i = 0; i < 20; ++i) {
     const Vector3 p = {surface.points[3 * i], surface.points[3 * i + 1], surface.points[3 * i + 2]};
     surface.add(1.001 * p, -1.0 * p, {1, 0.3, 0.2}, 0.3, 0.1);
@@ -101,7 +101,7 @@ TEST_CASE("metric neighbors: random samples of any ratio have the distances of t
   for (const double most : {1.0, 4.0}) {
     const TangentArrays sphere = random_sphere(n, most, 9);
     const std::vector<double> nearest = metric_nearest_distances(sphere.view());
-    // Mean 1/2, variance 1/pi - 1/4 a sample; neighbours share.
+    // Mean 1/2, variance 1/pi - 1/4 a sample; neighbors share.
     CHECK(mean(nearest) == Approx(0.5).margin(5 * 0.261 * std::sqrt(2.0 / n)));
     const double radius = 1.5;
     const double expected = pi * radius * radius;
@@ -115,7 +115,7 @@ TEST_CASE("metric neighbors: stratified samples keep their distance whatever the
   CHECK(isotropic > 0.56);
   for (const double ratio : {2.0, 4.0, 8.0}) {
     const TangentArrays square = stratified_square(2500, ratio, 3);
-    // At the border samples lack neighbours, a little more so with long strata.
+    // At the border samples lack neighbors, a little more so with long strata.
     CHECK(mean(metric_nearest_distances(square.view())) == Approx(isotropic).epsilon(0.05));
     CHECK(mean(metric_neighbor_counts(square.view(), 1)) < 0.9 * pi);
   }

@@ -269,7 +269,7 @@ TEST_CASE("locate_on_mesh: samples taken without topology keep their place on a 
     const Vector3 on_mesh = (1 - b1 - b2) * full.position(full.triangles[3 * t]) +
                             b1 * full.position(full.triangles[3 * t + 1]) +
                             b2 * full.position(full.triangles[3 * t + 2]);
-    const Vector3 in_file = full.centre + full.unit * on_mesh;
+    const Vector3 in_file = full.center + full.unit * on_mesh;
     const float* const p = &row.samples.points[3 * i];
     CHECK(distance(in_file,
                    {static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2])}) < 1e-6);
@@ -357,6 +357,6 @@ TEST_CASE("ModelSampler: invalid parameters are refused, bad meshes and timeouts
   CHECK(sampler.sample(mesh, {}, late).report.status == Status::timeout);
   std::atomic<bool> stop{true};
   CancelToken stopped;
-  stopped.cancelled = &stop;
-  CHECK_THROWS_AS(sampler.sample(mesh, {}, stopped), RunCancelled);
+  stopped.canceled = &stop;
+  CHECK_THROWS_AS(sampler.sample(mesh, {}, stopped), RunCanceled);
 }

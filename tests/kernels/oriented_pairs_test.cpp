@@ -159,7 +159,7 @@ TEST_CASE("oriented pairs: on a sphere the line makes half the angle of the norm
   const Points points = sphere_points(3000, 2.5);
   const OrientedPairHistogram histogram = histogram_of(points);
   CHECK(histogram.mean_distance == Approx(4 * 2.5 / 3).epsilon(0.01));
-  // Of the pairs, (cos s - cos t) / 2 are between s and t apart, seen from the centre; chords are 2 R sin(t /
+  // Of the pairs, (cos s - cos t) / 2 are between s and t apart, seen from the center; chords are 2 R sin(t /
   // 2).
   std::vector<double> expected(oriented_pair_bins);
   constexpr int steps = 100000;
@@ -268,14 +268,14 @@ TEST_CASE("oriented pairs: coincident points are counted, invalid arguments refu
 
 namespace {
 
-// The least of (centre of triangle - centre) . normal over the triangles whose centre is nearer to `centre`
+// The least of (center of triangle - center) . normal over the triangles whose center is nearer to `center`
 // than 1.5.
-double least_outward(const PreparedMesh& mesh, const OutwardNormals& outward, Vector3 centre) {
+double least_outward(const PreparedMesh& mesh, const OutwardNormals& outward, Vector3 center) {
   double least = 1;
   for (std::size_t t = 0; t < mesh.triangle_count(); ++t) {
     Vector3 place;
     for (std::size_t k = 0; k < 3; ++k) place = place + mesh.position(mesh.triangles[3 * t + k]);
-    place = mesh.unit * ((1.0 / 3) * place) + mesh.centre - centre;
+    place = mesh.unit * ((1.0 / 3) * place) + mesh.center - center;
     const Vector3 normal = {outward.normals[3 * t], outward.normals[3 * t + 1], outward.normals[3 * t + 2]};
     if (norm(place) < 1.5) least = std::min(least, dot(place, normal));
   }
@@ -313,7 +313,7 @@ TEST_CASE("outward normals: closed components by their volume, open ones away fr
     CHECK(outward.unoriented_share == Approx(4.0 / (320 + 4)));
     std::size_t of_squares = 0;
     for (std::size_t t = 0; t < mesh.triangle_count(); ++t) {
-      const double z = mesh.unit * mesh.position(mesh.triangles[3 * t]).z + mesh.centre.z;
+      const double z = mesh.unit * mesh.position(mesh.triangles[3 * t]).z + mesh.center.z;
       if (std::abs(z) < 2) continue;
       ++of_squares;
       CHECK(outward.normals[3 * t + 2] == (z > 0 ? 1 : -1));

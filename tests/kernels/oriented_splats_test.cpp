@@ -22,19 +22,19 @@ namespace {
 using std::numbers::pi;
 
 struct SplatCloud {
-  std::vector<float> centres, normals, directions, half_axes;
+  std::vector<float> centers, normals, directions, half_axes;
   std::vector<SrgbColor> colors;
 
-  void add(Vector3 centre, Vector3 normal, Vector3 direction, double a, double b,
+  void add(Vector3 center, Vector3 normal, Vector3 direction, double a, double b,
            SrgbColor color = {200, 60, 30}) {
-    for (const double v : {centre.x, centre.y, centre.z}) centres.push_back(static_cast<float>(v));
+    for (const double v : {center.x, center.y, center.z}) centers.push_back(static_cast<float>(v));
     for (const double v : {normal.x, normal.y, normal.z}) normals.push_back(static_cast<float>(v));
     for (const double v : {direction.x, direction.y, direction.z})
       directions.push_back(static_cast<float>(v));
     for (const double v : {a, b}) half_axes.push_back(static_cast<float>(v));
     colors.push_back(color);
   }
-  OrientedSplats splats() const { return {centres, normals, directions, half_axes, colors}; }
+  OrientedSplats splats() const { return {centers, normals, directions, half_axes, colors}; }
 };
 
 // The square [0, cells]^2 in the plane z = 0, a splat in the middle of every unit cell.
@@ -48,7 +48,7 @@ SplatCloud lattice(int cells, double a, double b) {
 std::vector<double> square(double side, double z) { return {0, 0, z, side, 0, z, side, side, z, 0, side, z}; }
 const std::vector<std::uint32_t> square_faces = {0, 1, 2, 0, 2, 3};
 
-// White share of unit cells with a disc each, neighbours' discs reaching in.
+// White share of unit cells with a disc each, neighbors' discs reaching in.
 double white_of_lattice(double r) {
   if (r <= 0.5) return 1 - pi * r * r;
   const double outside = r * r * std::acos(0.5 / r) - 0.5 * std::sqrt(r * r - 0.25);
@@ -277,7 +277,7 @@ TEST_CASE("draw_splats: the same picture for any number of threads") {
     const Vector3 n{ring * std::cos(angle), ring * std::sin(angle), height};
     cloud.add(n, n, {n.y, -n.x, 0}, 0.03, 0.01);
   }
-  const SplatView view = fitted_view(cloud.centres, {0.5, 0.4, 1}, {0, 1, 0}, 300, 200);
+  const SplatView view = fitted_view(cloud.centers, {0.5, 0.4, 1}, {0, 1, 0}, 300, 200);
   RgbImage first;
   for (const std::size_t threads : {1u, 2u, 7u}) {
     const oneapi::tbb::global_control control(oneapi::tbb::global_control::max_allowed_parallelism, threads);
@@ -298,7 +298,7 @@ TEST_CASE("turning_view: the model stays in the picture all the way around") {
     const double angle = 2 * pi * k / 60;
     SplatView view = turning_view(points, {std::sin(angle), 0.5, std::cos(angle)}, {0, 1, 0}, 200, 300, 0.05);
     view.scale = first.scale;
-    view.centre = first.centre;
+    view.center = first.center;
     for (std::size_t i = 0; i < points.size(); i += 3) {
       const Vector3 p = view.point({points[i], points[i + 1], points[i + 2]});
       CHECK(p.x >= 10 - 1e-9);

@@ -59,7 +59,7 @@ TEST_CASE("parallel_blocks: every element once, in blocks that do not depend on 
   });
 }
 
-TEST_CASE("parallel loops: complete even if the surrounding work is cancelled") {
+TEST_CASE("parallel loops: complete even if the surrounding work is canceled") {
   with_threads([] {
     std::atomic<std::size_t> elements{0}, tasks{0}, bodies{0};
     oneapi::tbb::task_group_context around;

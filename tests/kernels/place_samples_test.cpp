@@ -500,7 +500,7 @@ std::size_t count_distinct(const Samples& samples) {
 }  // namespace
 
 TEST_CASE("output_frame: closed forms of a box, for every normalization") {
-  PolygonMesh box = cube();  // sides 4, 2 and 1, centre 10, -20, 30
+  PolygonMesh box = cube();  // sides 4, 2 and 1, center 10, -20, 30
   for (std::size_t v = 0; v < box.vertex_count(); ++v) {
     box.x[v] = 10 + 2 * box.x[v];
     box.y[v] = -20 + box.y[v];
@@ -533,7 +533,7 @@ TEST_CASE("place_samples: the same points of the file for every normalization, u
         double far = 0;
         for (std::size_t i = 0; i < 1000; ++i)
           far = std::max(far, distance(file_point_of(s, i), file_point_of(plain, i)));
-        CHECK(far < 1e-4 * diagonal);  // float32 keeps 2^-14 of it, 2^-24 where normalised
+        CHECK(far < 1e-4 * diagonal);  // float32 keeps 2^-14 of it, 2^-24 where normalized
       }
     }
 }
@@ -544,7 +544,7 @@ TEST_CASE("place_samples: pointnet centers the samples at their mean, with the f
       PlaceParameters parameters;
       parameters.normalize = NormalizeKind::pointnet;
       parameters.order = order;
-      // Not symmetric: the mean is not the centre of the box.
+      // Not symmetric: the mean is not the center of the box.
       const PolygonMesh file = moved(merged(icosphere(2), moved(cube(), 0.2, 3, 0, 0)), 7, 100, -50, 20);
       const FramedSamples s = place_framed(file, n, parameters);
       const Spread spread = spread_of(s);

@@ -26,7 +26,7 @@ TEST_CASE("point frames: points convert from the store to the file and to workin
     const std::vector<float> stored = stored_points(working, mesh, frame);
     const std::vector<double> again = working_points(report, stored, mesh);
     REQUIRE(again.size() == working.size());
-    // float32 coordinates of some 10^4 around a box of 600 without normalisation.
+    // float32 coordinates of some 10^4 around a box of 600 without normalization.
     const double tolerance = kind == NormalizeKind::none ? 1e-5 : 2e-7;
     for (std::size_t i = 0; i < working.size(); ++i) CHECK(again[i] == Approx(working[i]).margin(tolerance));
     for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v)

@@ -82,10 +82,10 @@ TEST_CASE("SurfaceLocator: the same as searching every triangle") {
       low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
       high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
     }
-    const Vector3 centre = 0.5 * (low + high);
+    const Vector3 center = 0.5 * (low + high);
     const double size = distance(low, high);
     std::vector<Vector3> queries;
-    for (const Vector3 p : random_points(12, size, 3)) queries.push_back(centre + p);
+    for (const Vector3 p : random_points(12, size, 3)) queries.push_back(center + p);
     for (std::uint32_t v = 0; v < mesh.x.size(); v += 29) queries.push_back(position(mesh, v));
     std::vector<double> best(queries.size(), std::numeric_limits<double>::infinity());
     for (std::size_t t = 0; t < triangles.size(); t += 3) {
@@ -93,7 +93,7 @@ TEST_CASE("SurfaceLocator: the same as searching every triangle") {
       for (std::size_t q = 0; q < queries.size(); ++q)
         best[q] = std::min(best[q], one.nearest(queries[q]).distance);
     }
-    const double offset = norm(centre);
+    const double offset = norm(center);
     for (std::size_t q = 0; q < queries.size(); ++q)
       CHECK(surface.nearest(queries[q]).distance ==
             Approx(best[q]).epsilon(1e-13).margin(1e-15 * (size + offset)));

@@ -72,7 +72,7 @@ TEST_CASE("planar_points: every method gives exactly the count inside the square
     const PlanarPoints points = planar_points(method, 300, 1);
     CHECK(same(points, planar_points(method, 300, 1)));
     CHECK(same(points, planar_points(method, 300, 2)) == is_deterministic(method));
-    // The centre of gravity: 5 standard errors of independent points.
+    // The center of gravity: 5 standard errors of independent points.
     double x = 0, y = 0;
     for (std::size_t i = 0; i < 300; ++i) {
       x += points.x[i] / 300;
@@ -210,7 +210,7 @@ TEST_CASE("planar_points: Poisson disk keeps its distance") {
 }
 
 TEST_CASE("eliminate_samples: in the plane equals planar_points") {
-  // The same rule over the same candidates, whose neighbours are found in another way and whose weights are
+  // The same rule over the same candidates, whose neighbors are found in another way and whose weights are
   // kept in single precision: nearly all decisions are the same.
   const RandomKey key = make_random_key(3, {});
   constexpr std::uint32_t count = 512;

@@ -456,7 +456,7 @@ TEST_CASE("prepare_soup: on a consistent component the triangles of prepare_mesh
 
 TEST_CASE("prepare_soup: keeps the order and winding of the file, whatever its components") {
   PolygonMesh mesh = merged(moved(torus(10, 6), 1, 5, 0, 0), icosphere(1));
-  std::swap(mesh.corners[4], mesh.corners[5]);  // the second triangle, against its neighbours
+  std::swap(mesh.corners[4], mesh.corners[5]);  // the second triangle, against its neighbors
   const PreparedMesh full = prepare_mesh(mesh), soup = prepare_soup(mesh);
   REQUIRE(full.repairs[Repair::flipped_faces] == 1);
   CHECK(soup.repairs[Repair::flipped_faces] == 0);

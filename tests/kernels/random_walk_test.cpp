@@ -29,7 +29,7 @@ Vector3 centroid(const PreparedMesh& mesh, std::uint32_t t) {
 
 // The triangle whose centroid is nearest to file coordinates (x, y, 0).
 std::uint32_t triangle_at(const PreparedMesh& mesh, double x, double y) {
-  const Vector3 p = (1 / mesh.unit) * (Vector3{x, y, 0} - mesh.centre);
+  const Vector3 p = (1 / mesh.unit) * (Vector3{x, y, 0} - mesh.center);
   std::uint32_t best = 0;
   for (std::uint32_t t = 1; t < mesh.triangle_count(); ++t)
     if (distance(centroid(mesh, t), p) < distance(centroid(mesh, best), p)) best = t;
@@ -122,7 +122,7 @@ TEST_CASE("triangle_steps: unfolding a crease leaves the steps unchanged") {
   const TensorField fb = field_along(
       b,
       [&](Vector3 p) {
-        return p.x * b.unit + b.centre.x < 1 - 1e-9 ? Vector3{1, 0, 0} : Vector3{0, 0, 1};
+        return p.x * b.unit + b.center.x < 1 - 1e-9 ? Vector3{1, 0, 0} : Vector3{0, 0, 1};
       },
       3);
   const TriangleSteps sa = triangle_steps(a, fa), sb = triangle_steps(b, fb);
@@ -388,7 +388,7 @@ TEST_CASE("random walk: the bending term keeps the boundary where the field turn
   const TensorField field = field_along(
       mesh,
       [&](Vector3 p) {
-        return p.x * mesh.unit + mesh.centre.x < 1 ? Vector3{1, 1, 0} : Vector3{1, -1, 0};
+        return p.x * mesh.unit + mesh.center.x < 1 ? Vector3{1, 1, 0} : Vector3{1, -1, 0};
       },
       3);
   const std::vector<std::uint32_t> seeds = {triangle_at(mesh, 0.2, 0.5), triangle_at(mesh, 1.4, 0.5)};
@@ -397,7 +397,7 @@ TEST_CASE("random walk: the bending term keeps the boundary where the field turn
     const std::vector<std::uint32_t> label = random_walk_labels(mesh, steps.weight, seeds);
     double count = 0;
     for (std::uint32_t t = 0; t < label.size(); ++t)
-      count += (centroid(mesh, t).x * mesh.unit + mesh.centre.x > 1) != (label[t] == 1);
+      count += (centroid(mesh, t).x * mesh.unit + mesh.center.x > 1) != (label[t] == 1);
     return count / static_cast<double>(label.size());
   };
   CHECK(wrong(0) > 0.05);

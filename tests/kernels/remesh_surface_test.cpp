@@ -34,12 +34,12 @@ double error_on_sphere(const Remeshed& result) {
   double sum = 0;
   const RemeshedSurface& mesh = result.mesh;
   for (std::size_t t = 0; t < mesh.triangles.size(); t += 3) {
-    Vector3 centre;
+    Vector3 center;
     for (std::size_t k = 0; k < 3; ++k) {
       const std::uint32_t v = mesh.triangles[t + k];
-      centre = centre + (1. / 3) * Vector3{mesh.x[v], mesh.y[v], mesh.z[v]};
+      center = center + (1. / 3) * Vector3{mesh.x[v], mesh.y[v], mesh.z[v]};
     }
-    sum += std::abs(norm(to_file(result.model.surface, centre)) - 1);
+    sum += std::abs(norm(to_file(result.model.surface, center)) - 1);
   }
   return sum / static_cast<double>(mesh.report.faces);
 }

@@ -80,8 +80,8 @@ TEST_CASE("crossings: pairs equal a comparison of all with all") {
       const double c = random_pair(key, Stream::test_shapes, i, 2 * k + 1).first;
       return Vector3{2 * a - 1, 2 * b - 1, 2 * c - 1};
     };
-    const Vector3 centre = point(0);
-    soup.push_back({centre, centre + 0.4 * point(1), centre + 0.4 * point(2)});
+    const Vector3 center = point(0);
+    soup.push_back({center, center + 0.4 * point(1), center + 0.4 * point(2)});
   }
   const auto vertices = [](std::size_t t) {
     const auto first = static_cast<std::uint32_t>(3 * t);

@@ -80,7 +80,7 @@ ListScores shuffled_scores(const std::vector<std::uint32_t>& labels, std::size_t
 }
 
 void check_equal(const RetrievalScores& found, const ListScores& expected, double margin) {
-  CHECK(found.nearest_neighbour == Approx(expected.values[0]).margin(margin));
+  CHECK(found.nearest_neighbor == Approx(expected.values[0]).margin(margin));
   CHECK(found.first_tier == Approx(expected.values[1]).margin(margin));
   CHECK(found.second_tier == Approx(expected.values[2]).margin(margin));
   CHECK(found.e_measure == Approx(expected.values[3]).margin(margin));
@@ -104,7 +104,7 @@ TEST_CASE("score_query: by hand, hits at ranks 1, 3 and 4 of 5") {
   const std::vector<float> distances{0, 1, 2, 3, 4, 5};
   const RetrievalTask task = make_retrieval_task(labels, 2);
   const RetrievalScores s = score_query(task, 0, distances).scores;
-  CHECK(s.nearest_neighbour == 1);
+  CHECK(s.nearest_neighbor == 1);
   CHECK(s.first_tier == Approx(2.0 / 3));
   CHECK(s.second_tier == 1);                  // 6 places, only 5 rows
   CHECK(s.e_measure == Approx(2 * 3.0 / 8));  // P = 3/5, R = 1
@@ -120,7 +120,7 @@ TEST_CASE("score_query: by hand, a tie of a hit and a miss at the front counts h
   const std::vector<std::uint32_t> labels{0, 0, 1, 1};
   const RetrievalTask task = make_retrieval_task(labels, 2);
   const QueryScores q = score_query(task, 0, std::vector<float>{0, 2, 2, 9});
-  CHECK(q.scores.nearest_neighbour == 0.5);
+  CHECK(q.scores.nearest_neighbor == 0.5);
   CHECK(q.scores.first_tier == 0.5);
   CHECK(q.scores.second_tier == 1);
   CHECK(q.scores.dcg == 1);                           // ranks 1 and 2 weigh the same
@@ -130,10 +130,10 @@ TEST_CASE("score_query: by hand, a tie of a hit and a miss at the front counts h
   CHECK(q.nearest_classes[1] == std::pair<std::uint32_t, double>{1, 0.5});
   // The historical rule: the lower row is in front.
   const RetrievalTask psb = make_retrieval_task(std::vector<std::uint32_t>{0, 0, 0, 1}, 2, true);
-  CHECK(score_query(psb, 0, std::vector<float>{0, 2, 9, 2}).scores.nearest_neighbour == 1);
+  CHECK(score_query(psb, 0, std::vector<float>{0, 2, 9, 2}).scores.nearest_neighbor == 1);
   CHECK(score_query(make_retrieval_task(std::vector<std::uint32_t>{1, 0, 0, 0}, 2, true), 3,
                     std::vector<float>{2, 2, 9, 0})
-            .scores.nearest_neighbour == 0);
+            .scores.nearest_neighbor == 0);
 }
 
 TEST_CASE("score_query: agrees with the mean over all orders of the rows") {
@@ -193,7 +193,7 @@ TEST_CASE("score_query: a large base of equal rows has closed-form expected scor
   const RetrievalTask task = make_retrieval_task(labels, 2);
   const RetrievalScores s = score_query(task, 0, std::vector<float>(n, 1.0f)).scores;
   const double share = static_cast<double>(r) / static_cast<double>(n - 1);
-  CHECK(s.nearest_neighbour == Approx(share));
+  CHECK(s.nearest_neighbor == Approx(share));
   CHECK(s.first_tier == Approx(share));
   CHECK(s.second_tier == Approx(2 * share));
   // Sum over places j of P(hit) (1 + (j - 1) (r - 1) / (n - 2)) / j, over r.
@@ -204,7 +204,7 @@ TEST_CASE("score_query: a large base of equal rows has closed-form expected scor
   CHECK(s.average_precision == Approx(precisions / static_cast<double>(r)).epsilon(1e-10));
 }
 
-TEST_CASE("summarise: tiny classes, micro, macro, classes and confusion by hand") {
+TEST_CASE("summarize: tiny classes, micro, macro, classes and confusion by hand") {
   // Class 0: rows 0 1 2 (perfect); class 1: rows 3 4 (each finds class 0 first); class 2: row 5 alone.
   const std::vector<std::uint32_t> labels{0, 0, 0, 1, 1, 2};
   const std::vector<float> at{0, 0.1f, 0.25f, -2, 2, 30};  // on a line
@@ -218,25 +218,25 @@ TEST_CASE("summarise: tiny classes, micro, macro, classes and confusion by hand"
       for (const float x : at) distances.push_back(std::abs(x - at[q]));
       queries[q] = score_query(task, q, distances);
     }
-    const RetrievalSummary s = summarise(task, queries);
+    const RetrievalSummary s = summarize(task, queries);
     CHECK(s.queries == (psb ? 3u : 5u));
     CHECK(s.classes == (psb ? 1u : 2u));
     CHECK(s.by_class[0].first_tier == 1);
-    CHECK(s.by_class[1].nearest_neighbour == 0);
+    CHECK(s.by_class[1].nearest_neighbor == 0);
     CHECK(s.by_class[2].dcg == 0);
-    CHECK(s.micro.nearest_neighbour == Approx(psb ? 1 : 0.6));
-    CHECK(s.macro.nearest_neighbour == Approx(psb ? 1 : 0.5));
+    CHECK(s.micro.nearest_neighbor == Approx(psb ? 1 : 0.6));
+    CHECK(s.macro.nearest_neighbor == Approx(psb ? 1 : 0.5));
     CHECK(s.confusion == (psb ? std::vector<double>{1, 0, 0, 0, 0, 0, 0, 0, 0}
                               : std::vector<double>{1, 0, 0, 1, 0, 0, 0, 0, 0}));
     // Without the table of confusions, which would be too large for many classes.
-    const RetrievalSummary scores = summarise(task, queries, false);
+    const RetrievalSummary scores = summarize(task, queries, false);
     CHECK(scores.confusion.empty());
     CHECK(scores.micro.average_precision == s.micro.average_precision);
     CHECK(scores.by_class[0].dcg == s.by_class[0].dcg);
   }
   const std::vector<std::uint32_t> first{0};
   const RetrievalTask none = make_retrieval_task(labels, 3, true, first);
-  const RetrievalSummary empty = summarise(none, std::vector<QueryScores>(6));
+  const RetrievalSummary empty = summarize(none, std::vector<QueryScores>(6));
   CHECK(empty.queries == 0);
   CHECK(empty.micro.dcg == 0);
   CHECK_THROWS_AS(score_query(none, 0, at), std::invalid_argument);

@@ -87,9 +87,9 @@ double box_error(ChartedModel& model, std::uint32_t n, std::uint64_t seeds) {
   double sum = 0;
   for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
     const Samples& samples = draw(model, n, seed);
-    const std::array<double, 3> centre = {mesh.centre.x, mesh.centre.y, mesh.centre.z};
+    const std::array<double, 3> center = {mesh.center.x, mesh.center.y, mesh.center.z};
     std::vector<double> points(samples.points.begin(), samples.points.end());
-    for (std::size_t i = 0; i < points.size(); ++i) points[i] = (points[i] - centre[i % 3]) / mesh.unit;
+    for (std::size_t i = 0; i < points.size(); ++i) points[i] = (points[i] - center[i % 3]) / mesh.unit;
     sum += std::pow(box_error_ratio(boxes, points), 2);
   }
   return std::sqrt(sum / static_cast<double>(seeds));
@@ -223,7 +223,7 @@ TEST_CASE("anisotropic sampling: regions get their share of the integral of 1 / 
     for (std::uint32_t t = 0; t < octant.size(); ++t) {
       Vector3 p;
       for (std::uint32_t k = 0; k < 3; ++k) p = p + whole.position(whole.triangles[3 * t + k]);
-      p = whole.centre + whole.unit / 3 * p;
+      p = whole.center + whole.unit / 3 * p;
       octant[t] = (p.x < 0 ? 1u : 0u) + (p.y < 0 ? 2u : 0u) + (p.z < 0 ? 4u : 0u) + (p.x > 2 ? 8u : 0u);
       measure[t] = whole.area[t] / std::pow(torus_size(p.x), 2);
     }

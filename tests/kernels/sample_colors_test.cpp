@@ -1,4 +1,4 @@
-// Colours at samples: of single points, and of whole surfaces against their integrals.
+// Colors at samples: of single points, and of whole surfaces against their integrals.
 #include "kernels/sample/sample_colors.h"
 
 #include <cmath>

@@ -185,8 +185,8 @@ TEST_CASE("sample_surface: every curve, sequence, order, placement and the warp"
         p.sequence = sequence;
         p.place = place;
         p.order = sequence == SequenceKind::owen ? OrderKind::curve : OrderKind::progressive;
-        p.reparameterise = place == PlaceKind::element && sequence == SequenceKind::stratified;
-        if (p.reparameterise) p.density.kind = SurfaceDensityKind::max;
+        p.reparameterize = place == PlaceKind::element && sequence == SequenceKind::stratified;
+        if (p.reparameterize) p.density.kind = SurfaceDensityKind::max;
         check_samples(*surface, sample_surface(*surface, p), 100);
       }
 }
@@ -232,7 +232,7 @@ TEST_CASE("sample_surface: areas of sphere, torus and planes are exact") {
   CHECK(sample("plane", parameters_for(10)).area == Approx(1).epsilon(1e-12));
   CHECK(sample("stretched-plane", parameters_for(1000)).area == Approx(1).epsilon(1e-6));
   SurfaceSampleParameters p = parameters_for(1000);
-  p.reparameterise = true;
+  p.reparameterize = true;
   for (const CurveKind curve : {CurveKind::hilbert, CurveKind::peano}) {
     p.curve = curve;
     CHECK(sample("stretched-plane", p).area == Approx(1).epsilon(1e-5));
@@ -257,7 +257,7 @@ TEST_CASE("sample_surface: the leaves form a curve with the right masses") {
         INFO(name << " " << static_cast<int>(kind) << " " << warp);
         SurfaceSampleParameters p = parameters_for(3000);
         p.curve = kind;
-        p.reparameterise = warp;
+        p.reparameterize = warp;
         const auto surface = make_surface(name);
         const SurfaceCurve curve = build_surface_curve(*surface, p);
         const SurfaceSamples samples = sample_surface(*surface, p);
@@ -323,10 +323,10 @@ TEST_CASE("sample_surface: at curve vertices the points are leaf centers, 64 lea
   const SurfaceCurve curve = build_surface_curve(*surface, p);
   const SurfaceSamples samples = sample_surface(*surface, p);
   CHECK(samples.leaves >= 64 * 50);
-  std::set<std::pair<double, double>> centres;
-  for (std::size_t i = 0; i < curve.mass.size(); ++i) centres.emplace(curve.uv[2 * i], curve.uv[2 * i + 1]);
+  std::set<std::pair<double, double>> centers;
+  for (std::size_t i = 0; i < curve.mass.size(); ++i) centers.emplace(curve.uv[2 * i], curve.uv[2 * i + 1]);
   for (std::size_t i = 0; i < samples.count(); ++i)
-    CHECK(centres.count({samples.uv[2 * i], samples.uv[2 * i + 1]}) == 1);
+    CHECK(centers.count({samples.uv[2 * i], samples.uv[2 * i + 1]}) == 1);
 }
 
 TEST_CASE("sample_surface: the same bytes again, on any number of threads, and another seed differs") {
@@ -386,7 +386,7 @@ TEST_CASE("sample_surface: no bias on torus and eight, uniform and by curvature,
   });
   for (const SurfaceDensityKind density : {SurfaceDensityKind::uniform, SurfaceDensityKind::mean}) {
     INFO(name << " warp " << warp << " density " << static_cast<int>(density));
-    p.reparameterise = warp;
+    p.reparameterize = warp;
     p.density.kind = density;
     p.sequence = warp ? SequenceKind::shifted : SequenceKind::random;
     const auto counts = cell_counts(*surface, p, 5);
@@ -464,8 +464,8 @@ TEST_CASE("sample_surface: a surface that cannot be sampled says why") {
   CHECK(status_of(AnalyticSurface<Hole>(), parameters_for(10)) == Status::non_finite);
   std::atomic<bool> stop = true;
   CancelToken cancel;
-  cancel.cancelled = &stop;
-  CHECK_THROWS_AS(sample_surface(*plane, parameters_for(10), cancel), RunCancelled);
+  cancel.canceled = &stop;
+  CHECK_THROWS_AS(sample_surface(*plane, parameters_for(10), cancel), RunCanceled);
 }
 
 TEST_CASE("sample_surface: a density without any smoothness ends within its budget") {

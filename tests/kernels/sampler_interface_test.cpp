@@ -195,8 +195,8 @@ TEST_CASE("Sampler: a mesh that cannot be sampled has a status, and a stopped ca
   CHECK(sampler.sample({cube, quads, 4}, {}, late).report.status == Status::timeout);
   std::atomic<bool> stop{true};
   CancelToken stopped;
-  stopped.cancelled = &stop;
-  CHECK_THROWS_AS(sampler.sample({cube, quads, 4}, {}, stopped), RunCancelled);
+  stopped.canceled = &stop;
+  CHECK_THROWS_AS(sampler.sample({cube, quads, 4}, {}, stopped), RunCanceled);
 }
 
 TEST_CASE("sample_surface: a name, a formula and a function of one surface have its area") {

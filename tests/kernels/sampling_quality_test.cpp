@@ -53,11 +53,11 @@ std::vector<double> points_of(ChartedModel& model, std::uint32_t n, std::uint64_
   const Samples& samples = sample(model, n, seed);
   const ItemReport& report = model.state.row.report;
   const PreparedMesh& mesh = model.state.surface;
-  const double centre[3] = {mesh.centre.x, mesh.centre.y, mesh.centre.z};
+  const double center[3] = {mesh.center.x, mesh.center.y, mesh.center.z};
   std::vector<double> points(samples.points.size());
   for (std::size_t i = 0; i < points.size(); ++i) {
     const double in_file = report.loc[i % 3] + report.scale * static_cast<double>(samples.points[i]);
-    points[i] = (in_file - centre[i % 3]) / mesh.unit;
+    points[i] = (in_file - center[i % 3]) / mesh.unit;
   }
   return points;
 }
@@ -204,7 +204,7 @@ TEST_CASE("sampling quality: prefixes of a set on a torus", "[statistics]") {
   }
 }
 
-// The shapes are turned: the sides of an axis-parallel plate lie in different octants around its own centre,
+// The shapes are turned: the sides of an axis-parallel plate lie in different octants around its own center,
 // and the 3-D curve would separate them by chance.
 TEST_CASE("sampling quality: auto and conformal separate the sides of a thin plate") {
   const PolygonMesh plate = moved(two_sided_plate(16, 0.004), 1, 0, 0, 0);

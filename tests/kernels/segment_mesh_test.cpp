@@ -110,7 +110,7 @@ void check_split(const PreparedMesh& mesh, std::span<const std::uint32_t> label,
   REQUIRE(out.unit == mesh.unit);
   REQUIRE(out.bbox == mesh.bbox);
   REQUIRE(out.diagonal == mesh.diagonal);
-  REQUIRE(distance(out.centre, mesh.centre) == 0);
+  REQUIRE(distance(out.center, mesh.center) == 0);
   REQUIRE(out.repairs.counts == mesh.repairs.counts);
 }
 
@@ -249,7 +249,7 @@ TEST_CASE("tidy_segments: disconnected parts become segments, small ones join al
   tidy = label;
   CHECK(tidy_segments(mesh, other, 7, tidy) == 3);
   CHECK(tidy[cell(4, 0)] == 0);
-  // Everything is small: one segment in the end; a component has no neighbour to join.
+  // Everything is small: one segment in the end; a component has no neighbor to join.
   std::vector<std::uint32_t> single(mesh.triangle_count());
   std::iota(single.begin(), single.end(), 0u);
   CHECK(tidy_segments(mesh, length, 1000, single) == 1);

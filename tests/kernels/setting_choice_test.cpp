@@ -12,7 +12,7 @@ using namespace meander;
 namespace {
 
 void check_same(const RetrievalScores& a, const RetrievalScores& b) {
-  CHECK(a.nearest_neighbour == b.nearest_neighbour);
+  CHECK(a.nearest_neighbor == b.nearest_neighbor);
   CHECK(a.first_tier == b.first_tier);
   CHECK(a.second_tier == b.second_tier);
   CHECK(a.e_measure == b.e_measure);
@@ -60,7 +60,7 @@ TEST_CASE("score_combinations: each equals a base of its blocks alone, bit for b
                             if (task.scores(first + q))
                               queries[first + q] = score_query(task, first + q, distances.subspan(q * n, n));
                         });
-        const RetrievalSummary expected = summarise(task, queries);
+        const RetrievalSummary expected = summarize(task, queries);
         CHECK(found[s].queries == expected.queries);
         CHECK(found[s].classes == expected.classes);
         check_same(found[s].micro, expected.micro);
@@ -86,12 +86,12 @@ TEST_CASE("leave_one_class_out: a case by hand") {
   const RetrievalTask task = make_retrieval_task(labels, 5);
   const DescriptorBlock blocks[] = {{p, 1}, {q, 1}};
   const DescriptorBase base = make_descriptor_base(blocks, DistanceKind::l1);
-  const SettingCriterion nn = SettingCriterion::nearest_neighbour;
+  const SettingCriterion nn = SettingCriterion::nearest_neighbor;
 
   const std::vector<BlockCombination> p_first{{0}, {1}}, q_first{{1}, {0}};
   const std::vector<RetrievalSummary> settings = score_combinations(base, task, p_first);
-  CHECK(settings[0].micro.nearest_neighbour == Approx(5.0 / 7));
-  CHECK(settings[1].micro.nearest_neighbour == Approx(2.0 / 7));
+  CHECK(settings[0].micro.nearest_neighbor == Approx(5.0 / 7));
+  CHECK(settings[1].micro.nearest_neighbor == Approx(2.0 / 7));
   CHECK(best_setting(settings, nn) == 0);
   // Without A: p 3/5, q 2/5. Without B: p 5/5. Without C: both 2/4, the first is taken.
   const LeftOutScores left_out = leave_one_class_out(task, settings, nn);
@@ -99,29 +99,29 @@ TEST_CASE("leave_one_class_out: a case by hand") {
   CHECK(left_out.setting == std::vector<std::size_t>{0, 0, 0, none, none});
   CHECK(left_out.scores.queries == 7);
   CHECK(left_out.scores.classes == 3);
-  CHECK(left_out.scores.micro.nearest_neighbour == Approx(5.0 / 7));
-  CHECK(left_out.scores.macro.nearest_neighbour == Approx(2.0 / 3));
+  CHECK(left_out.scores.micro.nearest_neighbor == Approx(5.0 / 7));
+  CHECK(left_out.scores.macro.nearest_neighbor == Approx(2.0 / 3));
 
   const std::vector<RetrievalSummary> swapped = score_combinations(base, task, q_first);
   CHECK(best_setting(swapped, nn) == 1);
   const LeftOutScores other = leave_one_class_out(task, swapped, nn);
   CHECK(other.setting == std::vector<std::size_t>{1, 1, 0, none, none});  // C gets q, which fails it
-  CHECK(other.scores.micro.nearest_neighbour == Approx(2.0 / 7));
-  CHECK(other.scores.by_class[0].nearest_neighbour == 1);
-  CHECK(other.scores.by_class[1].nearest_neighbour == 0);
-  CHECK(other.scores.by_class[2].nearest_neighbour == 0);
+  CHECK(other.scores.micro.nearest_neighbor == Approx(2.0 / 7));
+  CHECK(other.scores.by_class[0].nearest_neighbor == 1);
+  CHECK(other.scores.by_class[1].nearest_neighbor == 0);
+  CHECK(other.scores.by_class[2].nearest_neighbor == 0);
 }
 
 TEST_CASE("criteria: follow their definitions, and impossible choices are refused") {
   RetrievalScores scores;
-  scores.nearest_neighbour = 0.5;
+  scores.nearest_neighbor = 0.5;
   scores.first_tier = 0.25;
   scores.second_tier = 0.1;
   scores.e_measure = 0.2;
   scores.dcg = 0.3;
   scores.average_precision = 0.4;
   CHECK(criterion_of(scores, SettingCriterion::nearest_and_first_tier) == 0.375);
-  CHECK(criterion_of(scores, SettingCriterion::nearest_neighbour) == 0.5);
+  CHECK(criterion_of(scores, SettingCriterion::nearest_neighbor) == 0.5);
   CHECK(criterion_of(scores, SettingCriterion::first_tier) == 0.25);
   CHECK(criterion_of(scores, SettingCriterion::second_tier) == 0.1);
   CHECK(criterion_of(scores, SettingCriterion::e_measure) == 0.2);

@@ -12,7 +12,7 @@ using namespace meander;
 
 namespace {
 
-// A strip of n triangles, each the neighbour of the next.
+// A strip of n triangles, each the neighbor of the next.
 std::vector<std::uint32_t> strip(std::uint32_t n) {
   std::vector<std::uint32_t> opposite(3 * n, no_index);
   for (std::uint32_t t = 0; t + 1 < n; ++t) {

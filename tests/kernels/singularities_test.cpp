@@ -99,7 +99,7 @@ TensorField directed(const PreparedMesh& mesh, const std::function<Vector3(Vecto
   const std::vector<TangentFrame> frames = vertex_frames(mesh);
   std::vector<TangentTensor> values(mesh.vertex_count());
   for (std::uint32_t v = 0; v < values.size(); ++v) {
-    const Vector3 d = direction(mesh.centre + mesh.unit * mesh.position(v));
+    const Vector3 d = direction(mesh.center + mesh.unit * mesh.position(v));
     const double x = dot(d, frames[v].x), y = dot(d, frames[v].y), size = std::hypot(x, y);
     if (size > 1e-12) values[v] = tensor_of({std::log(2.0), -std::log(2.0), x / size, y / size});
   }
@@ -112,7 +112,7 @@ TensorField planar(const PreparedMesh& mesh,
   const std::vector<TangentFrame> frames(mesh.vertex_count(), TangentFrame{});
   std::vector<TangentTensor> values(mesh.vertex_count());
   for (std::uint32_t v = 0; v < values.size(); ++v) {
-    const Vector3 p = mesh.centre + mesh.unit * mesh.position(v);
+    const Vector3 p = mesh.center + mesh.unit * mesh.position(v);
     const auto [a, b] = f(p.x, p.y);
     values[v] = {a, b, -a};
   }
@@ -231,7 +231,7 @@ TEST_CASE("find_singularities: a wedge and a trisector in the plane are found in
       REQUIRE(list.size() == 1);
       CHECK(list[0].place == SingularityPlace::triangle);
       CHECK(list[0].half_turns == sign);
-      const Vector3 at = mesh.centre + mesh.unit * list[0].position;
+      const Vector3 at = mesh.center + mesh.unit * list[0].position;
       CHECK(at.x == Approx(x0));
       CHECK(at.y == Approx(y0));
     }
@@ -240,11 +240,11 @@ TEST_CASE("find_singularities: a wedge and a trisector in the plane are found in
 TEST_CASE("find_singularities: a center has index 1, a quadratic field index 1, a saddle index -1") {
   const PreparedMesh mesh = prepare_mesh(grid_plane(31, 31));
   const auto about = [&](double x, double y) { return std::pair{x - 0.513, y - 0.487}; };
-  const TensorField centre = directed(mesh, [&](Vector3 p) {
+  const TensorField center = directed(mesh, [&](Vector3 p) {
     const auto [x, y] = about(p.x, p.y);
     return Vector3{-y, x, 0};
   });
-  CHECK(total(find_singularities(mesh, centre)) == 2);
+  CHECK(total(find_singularities(mesh, center)) == 2);
   const TensorField saddle = directed(mesh, [&](Vector3 p) {
     const auto [x, y] = about(p.x, p.y);
     return Vector3{x, -y, 0};
@@ -287,7 +287,7 @@ TEST_CASE("find_singularities: the four umbilics of an ellipsoid are wedges in p
     for (const double sz : {-1.0, 1.0}) {
       std::int32_t near = 0;
       for (const Singularity& s : list)
-        if (distance(mesh.centre + mesh.unit * s.position, {sx * x, 0, sz * z}) < 0.1) near += s.half_turns;
+        if (distance(mesh.center + mesh.unit * s.position, {sx * x, 0, sz * z}) < 0.1) near += s.half_turns;
       CHECK(near == 1);
     }
 }
@@ -312,7 +312,7 @@ TEST_CASE("find_singularities: isotropic regions keep only the rotation of the s
     return std::hypot(dx, dy) < 0.2 ? std::pair{0.0, 0.0} : std::pair{dx, dy};
   });
   REQUIRE(find_singularities(mesh, hole, true).size() == 1);
-  CHECK(norm(mesh.centre + mesh.unit * find_singularities(mesh, hole, true)[0].position -
+  CHECK(norm(mesh.center + mesh.unit * find_singularities(mesh, hole, true)[0].position -
              Vector3{0.51, 0.49, 0}) < 0.2);
 }
 

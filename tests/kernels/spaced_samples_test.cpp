@@ -163,7 +163,7 @@ TEST_CASE("StratumGrid: finds every box around a box, and around separate places
         return false;
     return true;
   };
-  std::size_t neighbours = 0;
+  std::size_t neighbors = 0;
   for (int trial = 0; trial < 200; ++trial) {
     const auto places = random_points(trial % 2 == 0 ? 1 : 3, static_cast<std::uint32_t>(trial));
     const PointRows rows = rows_of(places);
@@ -188,9 +188,9 @@ TEST_CASE("StratumGrid: finds every box around a box, and around separate places
       if (!torn && near(s, box)) expected.insert(s);
     }
     CHECK(unique == expected);
-    neighbours += expected.size();
+    neighbors += expected.size();
   }
-  CHECK(neighbours > 1000);
+  CHECK(neighbors > 1000);
 }
 
 TEST_CASE("space_samples: one sample per stratum, identified by element and place") {
@@ -394,12 +394,12 @@ TEST_CASE("space_samples: a mesh in other units has the same samples") {
   CHECK(same(a, b));
 }
 
-TEST_CASE("space_samples: stops when cancelled, and refuses parameters out of range") {
+TEST_CASE("space_samples: stops when canceled, and refuses parameters out of range") {
   const StrataOfMesh strata(torus(24, 12), 5000);
   const std::atomic<bool> stopped = true;
   CancelToken cancel;
-  cancel.cancelled = &stopped;
-  CHECK_THROWS_AS(space_samples(strata.in_cells(), true, test_key, {}, cancel), RunCancelled);
+  cancel.canceled = &stopped;
+  CHECK_THROWS_AS(space_samples(strata.in_cells(), true, test_key, {}, cancel), RunCanceled);
   SpacingParameters parameters;
   parameters.candidates = 12;
   CHECK(validate(parameters).size() == 1);

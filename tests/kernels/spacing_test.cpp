@@ -119,7 +119,7 @@ TEST_CASE("spacing: closed forms of lattices on the torus") {
     }
   const Spacing hexagonal = spacing_of(nearest_distances(x, y, 1, height), height);
   CHECK(hexagonal.rho == Approx(1).epsilon(1e-12));
-  // Its deep holes, the centres of the triangles.
+  // Its deep holes, the centers of the triangles.
   const std::vector<double> hole_x{0.5 / m}, hole_y{std::sqrt(1.0 / 12) / m};
   CHECK(coverage_radius(x, y, hole_x, hole_y, 1, height) == Approx(1 / std::sqrt(3.0) / m));
 }

@@ -138,7 +138,7 @@ TEST_CASE("sparse Cholesky: a matrix that is not positive definite is reported")
 }
 
 TEST_CASE("sparse Cholesky: the elimination order is a permutation with less fill than the natural order") {
-  const PolygonMesh mesh = test::icosphere(4);  // numbered by subdivision: neighbours lie far apart
+  const PolygonMesh mesh = test::icosphere(4);  // numbered by subdivision: neighbors lie far apart
   std::vector<Entry> edges;
   for (std::size_t c = 0; c < mesh.corners.size(); c += 3)
     for (std::size_t k = 0; k < 3; ++k)

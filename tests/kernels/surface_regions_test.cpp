@@ -269,7 +269,7 @@ TEST_CASE("place_samples: a large set in regions has n distinct points, permuted
         by_rank[samples.curve_rank[i]] = {p[0], p[1], p[2]};
       }
       CHECK(distinct.size() == n);
-      // Along the path neighbours are near each other, but for the few ends of regions.
+      // Along the path neighbors are near each other, but for the few ends of regions.
       const double spacing = std::sqrt(model.row.report.area / n);
       std::size_t far = 0;
       for (std::size_t r = 1; r < n; ++r) {

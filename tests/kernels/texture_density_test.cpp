@@ -23,9 +23,9 @@ using namespace meander;
 namespace {
 
 // The unit square as two triangles that show one image from edge to edge, pixels as they are; v points down,
-// as the rows of the image do. grey: the displayed value of the pixel at (x, y), 0 to 255.
+// as the rows of the image do. gray: the displayed value of the pixel at (x, y), 0 to 255.
 PolygonMesh textured_square(std::uint32_t width, std::uint32_t height,
-                            const std::function<int(std::uint32_t, std::uint32_t)>& grey) {
+                            const std::function<int(std::uint32_t, std::uint32_t)>& gray) {
   PolygonMesh mesh;
   mesh.x = {0, 1, 1, 0};
   mesh.y = {0, 0, 1, 1};
@@ -38,7 +38,7 @@ PolygonMesh textured_square(std::uint32_t width, std::uint32_t height,
   image.height = height;
   for (std::uint32_t y = 0; y < height; ++y)
     for (std::uint32_t x = 0; x < width; ++x)
-      image.rgb.insert(image.rgb.end(), 3, static_cast<std::uint8_t>(grey(x, y)));
+      image.rgb.insert(image.rgb.end(), 3, static_cast<std::uint8_t>(gray(x, y)));
   textures->images.push_back(std::move(image));
   Texture texture;
   texture.image = 0;
@@ -128,11 +128,11 @@ TEST_CASE("make_texture_density: masses are the integral of the image luminance"
   DensityParameters shaped = texture_parameters();
   shaped.floor = 0.25;
   shaped.exponent = 2;
-  const PolygonMesh grey = textured_square(1, 1, [](std::uint32_t, std::uint32_t) { return 128; });
+  const PolygonMesh gray = textured_square(1, 1, [](std::uint32_t, std::uint32_t) { return 128; });
   const double light = linear_light(128 / 255.0);
-  CHECK(integral(grey, shaped) == Approx(0.25 + 0.75 * light * light).epsilon(1e-6));
+  CHECK(integral(gray, shaped) == Approx(0.25 + 0.75 * light * light).epsilon(1e-6));
   shaped.kind = DensityKind::texture_inverse;
-  CHECK(integral(grey, shaped) == Approx(0.25 + 0.75 * (1 - light) * (1 - light)).epsilon(1e-6));
+  CHECK(integral(gray, shaped) == Approx(0.25 + 0.75 * (1 - light) * (1 - light)).epsilon(1e-6));
   // Green is bright, blue is dark (Rec. 709), and the factor of a material counts.
   PolygonMesh tinted = textured_square(1, 1, [](std::uint32_t, std::uint32_t) { return 255; });
   tinted.colors.face = {0, 1, 0, 0, 0, 1};
@@ -154,7 +154,7 @@ TEST_CASE(
   double worst = 0;
   for (double b1 = 0.05; b1 < 0.9; b1 += 0.1)
     for (double b2 = 0.02; b1 + b2 < 1; b2 += 0.1) {
-      const Vector3 at = mesh.centre + mesh.unit * source.at(b1, b2);
+      const Vector3 at = mesh.center + mesh.unit * source.at(b1, b2);
       const double expected = 0.02 + 0.98 * std::clamp(2 * at.x - 0.5, 0.0, 1.0);
       worst = std::max(worst, std::abs(source.density_at(b1, b2) - expected));
     }

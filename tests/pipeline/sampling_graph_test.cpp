@@ -47,7 +47,7 @@ struct Setup {
   StoreHeader header;
   GraphParameters parameters;
   MemorySink sink;
-  std::atomic<bool> cancelled{false};
+  std::atomic<bool> canceled{false};
   std::vector<NodeStatistics> statistics;
 
   explicit Setup(std::size_t items, int threads = 2) {
@@ -67,7 +67,7 @@ struct Setup {
     sink.header = &header;
   }
   GraphResult run(const GraphStages& stages, const std::function<void(const FinishedItem&)>& observer = {}) {
-    return run_sampling_graph(plan, parameters, stages, header, sink, cancelled, statistics, observer);
+    return run_sampling_graph(plan, parameters, stages, header, sink, canceled, statistics, observer);
   }
 };
 
@@ -192,7 +192,7 @@ TEST_CASE("sampling graph: a thread waiting inside a node body never enters it a
 TEST_CASE("sampling graph: cancellation drops items in flight, and all items are accounted for") {
   Setup setup(500);
   const auto stages = three_stages([&](GraphItem& item) {
-    if (item.plan->row == 3) setup.cancelled = true;
+    if (item.plan->row == 3) setup.canceled = true;
     item.model.cancel.check();
   });
   const GraphResult result = setup.run(stages);
@@ -212,7 +212,7 @@ TEST_CASE("sampling graph: a failing sink ends the run with its exception, and n
   for (const PlanItem& item : setup.plan)
     if (!setup.sink.rows.contains(item.row)) rest.push_back(item);
   setup.plan = rest;
-  setup.cancelled = false;
+  setup.canceled = false;
   setup.run(three_stages([](GraphItem&) {}));
   CHECK(setup.sink.rows.size() == 200);
 }
@@ -313,7 +313,7 @@ TEST_CASE("sampling graph: no item waits behind later ones, one slow item among 
                   std::this_thread::sleep_for(std::chrono::milliseconds(5));
               }),
         stage("place_samples", make_points)};
-    run_sampling_graph(setup.plan, setup.parameters, stages, setup.header, sink, setup.cancelled,
+    run_sampling_graph(setup.plan, setup.parameters, stages, setup.header, sink, setup.canceled,
                        setup.statistics, [&](const FinishedItem& item) { passing.end(item.plan.row); });
     REQUIRE(passing.ended == 120);
     INFO(threads << " threads");
@@ -443,7 +443,7 @@ struct LargeSet : Setup {
       stages.push_back({stage.name, [run = std::move(stage.run)](GraphItem& item) { run(item.model); }});
   }
   GraphResult run() {
-    return run_sampling_graph(plan, parameters, stages, header, blocks, cancelled, statistics);
+    return run_sampling_graph(plan, parameters, stages, header, blocks, canceled, statistics);
   }
 };
 
@@ -468,7 +468,7 @@ TEST_CASE(
   };
   std::string_view failed_in;
   const GraphResult result = run_sampling_graph(
-      setup.plan, setup.parameters, setup.stages, setup.header, setup.blocks, setup.cancelled,
+      setup.plan, setup.parameters, setup.stages, setup.header, setup.blocks, setup.canceled,
       setup.statistics, [&](const FinishedItem& item) { failed_in = item.failed_in; });
   CHECK(result.written == 1);
   CHECK(result.failed == 1);
@@ -481,7 +481,7 @@ TEST_CASE(
 
 TEST_CASE("sampling graph: stopping a run while a large set is written drops it") {
   LargeSet setup;
-  setup.blocks.before_block = [&] { setup.cancelled = !setup.blocks.points.empty(); };
+  setup.blocks.before_block = [&] { setup.canceled = !setup.blocks.points.empty(); };
   const GraphResult result = setup.run();
   CHECK(result.stopped);
   CHECK(result.dropped == 1);

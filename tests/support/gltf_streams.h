@@ -56,7 +56,7 @@ inline std::string draco_stream(const BentGrid& grid, int method) {
   return encode_draco(builder, method);
 }
 
-// The same with a colour for each corner of four numbers from (x, y) of its vertex: floats, or bytes, which
+// The same with a color for each corner of four numbers from (x, y) of its vertex: floats, or bytes, which
 // the stream says are shares of 255, or does not.
 inline std::string colored_draco_stream(const BentGrid& grid, int method, bool bytes, bool normalized) {
   draco::TriangleSoupMeshBuilder builder;

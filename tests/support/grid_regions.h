@@ -16,7 +16,7 @@ inline std::vector<std::uint32_t> grid_regions(const PreparedMesh& mesh, std::ui
   for (std::uint32_t t = 0; t < region.size(); ++t) {
     Vector3 p;
     for (std::uint32_t k = 0; k < 3; ++k) p = p + mesh.position(mesh.triangles[3 * t + k]);
-    p = mesh.centre + mesh.unit / 3 * p;
+    p = mesh.center + mesh.unit / 3 * p;
     const std::array<double, 3> at = {p.x, p.y, p.z};
     for (std::size_t k = 0; k < 3; ++k) {
       const double share = (at[k] - mesh.bbox[k]) / (mesh.bbox[k + 3] - mesh.bbox[k]);

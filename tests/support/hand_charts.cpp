@@ -17,7 +17,7 @@ FlatChart hand_chart(const PreparedMesh& mesh, const Component& component, const
   chart.cut.seam.assign(chart.cut.triangles.size(), 0);
   for (std::uint32_t w = component.vertex_begin; w < component.vertex_end; ++w) {
     chart.cut.source_vertex.push_back(w);
-    const auto [u, v] = map(mesh.centre + mesh.unit * mesh.position(w));
+    const auto [u, v] = map(mesh.center + mesh.unit * mesh.position(w));
     chart.u.push_back(u);
     chart.v.push_back(v);
   }

@@ -24,7 +24,7 @@ inline void append_number(std::string& bytes, std::uint32_t value, std::size_t s
   for (std::size_t k = 0; k < size; ++k) bytes += static_cast<char>(value >> (8 * k));
 }
 
-// The colours of an image in the order in which they come, and their numbers.
+// The colors of an image in the order in which they come, and their numbers.
 class ImagePalette {
  public:
   explicit ImagePalette(const TestImage& image) {
@@ -143,8 +143,8 @@ inline std::string bmp_bytes(const TestImage& image, const BmpKind& kind = {}) {
   header.resize(std::max<std::size_t>(header.size(), kind.header_bytes), '\0');
   if (kind.bits <= 8) {
     const std::size_t room = std::size_t{1} << kind.bits;
-    if (palette.colors.size() > room) throw std::logic_error("too many colours for the palette");
-    // The short header has no number of colours: all that the bits can name.
+    if (palette.colors.size() > room) throw std::logic_error("too many colors for the palette");
+    // The short header has no number of colors: all that the bits can name.
     for (std::size_t k = 0; k < (is_short ? room : palette.colors.size()); ++k) {
       const ImageColor color = k < palette.colors.size() ? palette.colors[k] : ImageColor{};
       for (const std::size_t channel : {2, 1, 0}) append_number(header, color[channel], 1);
@@ -160,7 +160,7 @@ inline std::string bmp_bytes(const TestImage& image, const BmpKind& kind = {}) {
 
 struct TgaKind {
   unsigned bits = 24;
-  bool palette = false, grey = false, runs = false, top_down = false, from_right = false, footer = false;
+  bool palette = false, gray = false, runs = false, top_down = false, from_right = false, footer = false;
   unsigned palette_bits = 24;
   std::uint32_t first_color = 0;
 };
@@ -177,13 +177,13 @@ inline void append_tga_color(std::string& bytes, const ImageColor& color, unsign
   if (bits == 32) bytes += '\x80';
 }
 
-// Of grey ones the red values.
+// Of gray ones the red values.
 inline std::string tga_bytes(const TestImage& image, const TgaKind& kind = {}) {
   const ImagePalette palette(image);
   std::string bytes;
   append_number(bytes, 3, 1);
   append_number(bytes, kind.palette ? 1 : 0, 1);
-  append_number(bytes, (kind.palette ? 1u : kind.grey ? 3u : 2u) | (kind.runs ? 8u : 0u), 1);
+  append_number(bytes, (kind.palette ? 1u : kind.gray ? 3u : 2u) | (kind.runs ? 8u : 0u), 1);
   append_number(bytes, kind.palette ? kind.first_color : 0, 2);
   append_number(bytes, kind.palette ? static_cast<std::uint32_t>(palette.colors.size()) : 0, 2);
   append_number(bytes, kind.palette ? kind.palette_bits : 0, 1);
@@ -204,7 +204,7 @@ inline std::string tga_bytes(const TestImage& image, const TgaKind& kind = {}) {
       std::string pixel;
       if (kind.palette)
         append_number(pixel, palette.number(color) + kind.first_color, kind.bits / 8);
-      else if (kind.grey)
+      else if (kind.gray)
         append_number(pixel, color[0], kind.bits / 8);
       else
         append_tga_color(pixel, color, kind.bits);
@@ -283,7 +283,7 @@ inline std::string gif_codes(const std::vector<std::uint8_t>& pixels, unsigned f
 
 inline std::string gif_bytes(const TestImage& image, const GifKind& kind = {}) {
   const ImagePalette palette(image);
-  if (palette.colors.size() > 256) throw std::logic_error("too many colours for the palette");
+  if (palette.colors.size() > 256) throw std::logic_error("too many colors for the palette");
   unsigned bits = 1;
   while (std::size_t{1} << bits < palette.colors.size()) ++bits;
   const auto append_palette = [&](std::string& bytes) {
@@ -312,7 +312,7 @@ inline std::string gif_bytes(const TestImage& image, const GifKind& kind = {}) {
     bytes += std::string("\x21\xF9\x04", 3);
     append_number(bytes, kind.transparent ? 1 : 0, 1);
     append_number(bytes, 10, 2);
-    append_number(bytes, 0, 2);  // the first colour is the transparent one
+    append_number(bytes, 0, 2);  // the first color is the transparent one
     bytes += '\x2C';
     for (const std::uint32_t number : {kind.x, kind.y, image.width, image.height})
       append_number(bytes, number, 2);

@@ -37,10 +37,10 @@ inline std::string png_bytes(const TestImage& image) {
 }
 
 struct JpegKind {
-  bool progressive = false, grey = false, inks = false;  // inks: CMYK with Adobe's mark, paper 255
+  bool progressive = false, gray = false, inks = false;  // inks: CMYK with Adobe's mark, paper 255
 };
 
-// Quality 100 without subsampling: within a few of 255. Of grey files the red values, of inks white ink.
+// Quality 100 without subsampling: within a few of 255. Of gray files the red values, of inks white ink.
 inline std::string jpeg_bytes(const TestImage& image, JpegKind kind = {}) {
   jpeg_compress_struct info{};
   jpeg_error_mgr errors{};
@@ -51,8 +51,8 @@ inline std::string jpeg_bytes(const TestImage& image, JpegKind kind = {}) {
   jpeg_mem_dest(&info, &data, &size);
   info.image_width = image.width;
   info.image_height = image.height;
-  info.input_components = kind.grey ? 1 : kind.inks ? 4 : 3;
-  info.in_color_space = kind.grey ? JCS_GRAYSCALE : kind.inks ? JCS_CMYK : JCS_RGB;
+  info.input_components = kind.gray ? 1 : kind.inks ? 4 : 3;
+  info.in_color_space = kind.gray ? JCS_GRAYSCALE : kind.inks ? JCS_CMYK : JCS_RGB;
   jpeg_set_defaults(&info);
   jpeg_set_quality(&info, 100, TRUE);
   info.comp_info[0].h_samp_factor = info.comp_info[0].v_samp_factor = 1;
@@ -63,7 +63,7 @@ inline std::string jpeg_bytes(const TestImage& image, JpegKind kind = {}) {
     row.clear();
     for (std::uint32_t x = 0; x < image.width; ++x) {
       const std::uint8_t* const pixel = image.rgb.data() + std::size_t{3} * (y * image.width + x);
-      row.insert(row.end(), pixel, pixel + (kind.grey ? 1 : 3));
+      row.insert(row.end(), pixel, pixel + (kind.gray ? 1 : 3));
       if (kind.inks) row.push_back(255);
     }
     JSAMPLE* const rows = row.data();
@@ -91,7 +91,7 @@ inline std::string webp_bytes(const TestImage& image, WebpKind kind = {}) {
   config.lossless = kind.lossless ? 1 : 0;
   config.quality = kind.quality;
   config.method = kind.method;
-  config.exact = 1;  // transparent pixels keep their colours
+  config.exact = 1;  // transparent pixels keep their colors
   picture.use_argb = 1;
   picture.width = static_cast<int>(image.width);
   picture.height = static_cast<int>(image.height);

@@ -1,4 +1,4 @@
-// PNG files that tests make, of every colour type. Programs that use it link libpng themselves.
+// PNG files that tests make, of every color type. Programs that use it link libpng themselves.
 #pragma once
 
 #include <png.h>
@@ -16,7 +16,7 @@ struct PngPicture {
   int depth = 8, type = PNG_COLOR_TYPE_GRAY;
   bool interlaced = false;
   std::vector<png_color> palette;
-  bool transparent = false;  // some of the palette or one grey
+  bool transparent = false;  // some of the palette or one gray
 };
 
 // The bytes of a PNG file whose samples, before packing, are sample(x, y, channel).

@@ -35,11 +35,11 @@ struct SpacedModel {
     state.key = make_random_key(seed, {});
     run_stages(placing_stages(parameters, &device), state);
     const ItemReport& report = state.row.report;
-    const double centre[3] = {state.surface.centre.x, state.surface.centre.y, state.surface.centre.z};
+    const double center[3] = {state.surface.center.x, state.surface.center.y, state.surface.center.z};
     const std::vector<float>& stored = state.row.samples.points;
     std::vector<double> points(stored.size());
     for (std::size_t i = 0; i < points.size(); ++i)
-      points[i] = (report.loc[i % 3] + report.scale * static_cast<double>(stored[i]) - centre[i % 3]) /
+      points[i] = (report.loc[i % 3] + report.scale * static_cast<double>(stored[i]) - center[i % 3]) /
                   state.surface.unit;
     return points;
   }

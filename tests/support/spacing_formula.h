@@ -24,7 +24,7 @@ inline TensorField field_by_formula(const PreparedMesh& mesh, const SpacingFormu
     const TangentFrame frame = triangle_frame(mesh, t);
     const Vector3 sum = mesh.position(mesh.triangles[3 * t]) + mesh.position(mesh.triangles[3 * t + 1]) +
                         mesh.position(mesh.triangles[3 * t + 2]);
-    const WantedSpacing wanted = formula(mesh.centre + mesh.unit / 3 * sum, frame.normal);
+    const WantedSpacing wanted = formula(mesh.center + mesh.unit / 3 * sum, frame.normal);
     const double x = dot(wanted.along, frame.x), y = dot(wanted.along, frame.y), length = std::hypot(x, y);
     TensorAxes axes{std::log(wanted.first), std::log(wanted.second), 1, 0};
     if (length > 0) {

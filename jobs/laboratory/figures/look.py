@@ -105,10 +105,10 @@ def map_color(t):
     return numpy.round(255 * encoded.T).astype(numpy.uint8)
 
 
-def grey_map(values, upper, cell=1):
+def gray_map(values, upper, cell=1):
     """(h, w, 3) uint8 of (h, w) values, black 0, white `upper`; the first row is the bottom one."""
-    grey = numpy.round(255 * numpy.clip(values / upper, 0, 1)).astype(numpy.uint8)[::-1]
-    return numpy.repeat(numpy.repeat(numpy.repeat(grey[:, :, None], 3, axis=2), cell, axis=0), cell, axis=1)
+    gray = numpy.round(255 * numpy.clip(values / upper, 0, 1)).astype(numpy.uint8)[::-1]
+    return numpy.repeat(numpy.repeat(numpy.repeat(gray[:, :, None], 3, axis=2), cell, axis=0), cell, axis=1)
 
 
 def plain_ticks(axes):

@@ -60,9 +60,9 @@ def percent_of(found, name):
 
 def distances(model, other, figures, **options):
     """laboratory.mesh_distances of two models; its numbers do not depend on where they are."""
-    centre = model.vertices.mean(axis=0)
-    return laboratory.mesh_distances(vertices=model.vertices - centre, faces=model.faces, seed=figures.seed,
-                                     other_vertices=other.vertices - centre, other_faces=other.faces, **options)
+    center = model.vertices.mean(axis=0)
+    return laboratory.mesh_distances(vertices=model.vertices - center, faces=model.faces, seed=figures.seed,
+                                     other_vertices=other.vertices - center, other_faces=other.faces, **options)
 
 
 def draw_21(figures):

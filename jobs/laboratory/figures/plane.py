@@ -109,9 +109,9 @@ def draw_2(figures):
     leaves, n, name = 256, 1024, "stretched-plane"
     curves = [(title, laboratory.surface_curve(surface=name, leaves=leaves, steps=8, seed=figures.seed, **options))
               for title, options in (("uniform", {"uniform": True}), ("adaptive", {}),
-                                     ("adaptive, reparameterized", {"reparameterise": True}))]
+                                     ("adaptive, reparameterized", {"reparameterize": True}))]
     sets = [in_square("hilbert-shifted")(n, figures.seed) ** [8, 1]] + [laboratory.surface_samples(
-        surface=name, n=n, seed=figures.seed, **options).points for options in ({}, {"reparameterise": True})]
+        surface=name, n=n, seed=figures.seed, **options).points for options in ({}, {"reparameterize": True})]
     rows = [(title, len(c.mass), int(c.depth.min()), int(c.depth.max()), c.mass.min() * len(c.mass),
              c.mass.max() * len(c.mass)) for title, c in curves]
     figures.table("figure02_stretched_plane", "The leaves of the curves, their areas on the surface over the mean", [
@@ -179,13 +179,13 @@ def draw_3(figures):
         for column, curve in enumerate(CURVES):
             for row in range(2):
                 ax, branching = axes[row, column], 2 if curve == "hilbert" else 3
-                centres = laboratory.curve_cells(curve=curve, level=row + 1).centres
+                centers = laboratory.curve_cells(curve=curve, level=row + 1).centers
                 square_axes(ax, "" if row else {"hilbert": "Hilbert", "peano": "Peano"}.get(curve, "variant of Peano"))
                 for k in range(1, branching ** (row + 1)):
                     ax.axhline(k / branching ** (row + 1), color="#dcdcdc", linewidth=0.6)
                     ax.axvline(k / branching ** (row + 1), color="#dcdcdc", linewidth=0.6)
-                line_along(ax, centres, numpy.linspace(0, 1, len(centres)), 2.4 - row)
-                ax.plot(*centres[0], "o", color=look.PALETTE[1], markersize=6 - 2 * row, zorder=4)
+                line_along(ax, centers, numpy.linspace(0, 1, len(centers)), 2.4 - row)
+                ax.plot(*centers[0], "o", color=look.PALETTE[1], markersize=6 - 2 * row, zorder=4)
         for row in range(2):
             axes[row, 0].set_ylabel("iteration %d" % (row + 1))
 

@@ -60,7 +60,7 @@ def matrix(plot):
     return figure
 
 
-def grey(plot):
+def gray(plot):
     side, extent = plot["side"], plot["extent"]
     figure, axes = look.subplots(4.8, 4.2)
     rows = [plot["values"][i:i + side] for i in range(0, side * side, side)]
@@ -74,7 +74,7 @@ def grey(plot):
 
 def main():
     plot = json.load(sys.stdin)
-    figure = {"curves": curves, "matrix": matrix, "map": grey}[plot["kind"]](plot)
+    figure = {"curves": curves, "matrix": matrix, "map": gray}[plot["kind"]](plot)
     file = io.BytesIO()
     look.save(figure, file, plot["format"])
     sys.stdout.buffer.write(file.getvalue())

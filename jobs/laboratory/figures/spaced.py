@@ -111,7 +111,7 @@ def draw_differences(figures, model, compared):
     ratios = {name: mean_map(name, sets, figures.seed) / reference for name in MAPPED[1:]}
     stem = "spaced_%s_differences" % model.name
     figures.panels(stem, "Differences between samples, to 4 mean spacings: black none, white twice those of random samples",
-                   [(look.grey_map(ratio, 2, 2), name, "") for name, ratio in ratios.items()], 3)
+                   [(look.gray_map(ratio, 2, 2), name, "") for name, ratio in ratios.items()], 3)
     draw_rings(figures, stem + "_radial",
                "%s: %d points, %d sets against %d random ones" % (model.name, count, sets, 4 * sets),
                {name: laboratory.radial(map=ratio.ravel(), width=2) for name, ratio in ratios.items()}, 8 / len(reference),
@@ -131,7 +131,7 @@ def draw_spectra(figures):
     for power in maps.values():
         power[80, 80] = 0
     figures.panels("spaced_spectrum_maps", "Periodograms at whole frequencies: black 0, white twice that of random points",
-                   [(look.grey_map(maps[name], 2, 2), name, "") for name in MAPPED], 4)
+                   [(look.gray_map(maps[name], 2, 2), name, "") for name in MAPPED], 4)
 
 
 def border_density(points):

@@ -8,7 +8,7 @@ from .models import Model, grid_faces, subjects, view_of
 MEDIA = [("watercolour", "watercolour", False), ("crayon", "crayon", False), ("pencil", "pencil", False),
          ("pencil, three tones", "pencil", True), ("ink", "ink", False), ("ink, three tones", "ink", True),
          ("acrylic", "acrylic", False), ("pastel", "pastel", False), ("oil", "oil", False)]
-# Directions that vary less than those of the surface: neighbouring strokes go together.
+# Directions that vary less than those of the surface: neighboring strokes go together.
 RUN = ["--method", "anisotropic", "--tensor-smoothing", "16"]
 
 
@@ -47,7 +47,7 @@ def double_torus(side):
     ends, points = numpy.sort(quads[:, [0, 1, 1, 2, 2, 3, 3, 0]].reshape(-1, 2), axis=1), points.astype(float)
     one, two = numpy.unique(ends, axis=0).T
     degree = numpy.bincount(numpy.concatenate([one, two]))[:, None]
-    for _ in range(side * side):  # vertices to the mean of their neighbours
+    for _ in range(side * side):  # vertices to the mean of their neighbors
         mean = numpy.zeros_like(points)
         numpy.add.at(mean, one, points[two])
         numpy.add.at(mean, two, points[one])

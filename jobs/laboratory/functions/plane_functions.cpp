@@ -19,7 +19,7 @@ namespace meander {
 namespace {
 
 // The parameters surface, a name of surface_names() or formulas for x, y, z, and density, density_floor,
-// curve, sequence, order, place, tolerance, reparameterise and seed, as in `meander surface`.
+// curve, sequence, order, place, tolerance, reparameterize and seed, as in `meander surface`.
 SurfaceSampleParameters surface_parameters(const LaboratoryArguments& given) {
   check_surface_name(given.text("surface"));
   SurfaceSampleParameters parameters;
@@ -30,7 +30,7 @@ SurfaceSampleParameters surface_parameters(const LaboratoryArguments& given) {
   parameters.order = value_of(order_words, given.text("order", "progressive"));
   parameters.place = value_of(place_words, given.text("place", "element"));
   parameters.tolerance = given.real("tolerance", parameters.tolerance);
-  parameters.reparameterise = given.flag("reparameterise");
+  parameters.reparameterize = given.flag("reparameterize");
   parameters.seed = given.whole("seed", parameters.seed);
   return parameters;
 }
@@ -72,7 +72,7 @@ std::vector<double> interleaved(const std::vector<double>& x, const std::vector<
 // The curve of a surface (surface_parameters) through the centers of at most `leaves` leaves of about equal
 // measure, or, with `uniform`, of the equal cells of the lowest level that has as many. steps (1): pieces in
 // the parameters between two centers. Returns for each point of the polyline `along` (P,) in [0, 1] by number
-// of leaves, `square` (P, 2), its position in the (with reparameterise, warped) square, `uv` (P, 2),
+// of leaves, `square` (P, 2), its position in the (with reparameterize, warped) square, `uv` (P, 2),
 // `positions` and unit `normals` (P, 3); for each leaf `mass` (L,), their sum being 1, and `depth` (L,).
 LaboratoryResult surface_curve(const LaboratoryArguments& given) {
   SurfaceSampleParameters parameters = surface_parameters(given);
@@ -97,12 +97,12 @@ LaboratoryResult surface_curve(const LaboratoryArguments& given) {
     const std::size_t next = std::min(i + 1, tree.leaf_count() - 1);
     for (std::uint64_t k = 0; k < (next > i ? steps : 1); ++k) {
       const double part = static_cast<double>(k) / static_cast<double>(steps);
-      const auto centre = [&](const std::vector<double>& lower) {
+      const auto center = [&](const std::vector<double>& lower) {
         const double here = lower[i] + 0.5 * tree.side[i];
         return here + part * (lower[next] + 0.5 * tree.side[next] - here);
       };
-      s.push_back(centre(tree.u));
-      t.push_back(centre(tree.v));
+      s.push_back(center(tree.u));
+      t.push_back(center(tree.v));
       along.push_back((static_cast<double>(i) + part) / static_cast<double>(tree.leaf_count() - 1));
     }
   }
@@ -161,13 +161,13 @@ LaboratoryResult curve_cells(const LaboratoryArguments& given) {
   if (level > 8) throw std::invalid_argument("level must be from 0 to 8");
   std::uint64_t cells = 1;
   for (std::uint64_t l = 0; l < level; ++l) cells *= kind == CurveKind::hilbert ? 4 : 9;
-  std::vector<double> centres;
+  std::vector<double> centers;
   for (std::uint64_t rank = 0; rank < cells; ++rank) {
     const CurvePoint p = curve_cell_center(kind, rank, static_cast<int>(level));
-    centres.insert(centres.end(), {p.u, p.v});
+    centers.insert(centers.end(), {p.u, p.v});
   }
   LaboratoryResult result;
-  result.add("centres", std::move(centres), 2);
+  result.add("centers", std::move(centers), 2);
   return result;
 }
 

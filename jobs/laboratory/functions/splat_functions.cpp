@@ -54,8 +54,8 @@ struct SplattedView {
   // Whether the mesh hides a splat with this longer half-axis, which must then not show through between those
   // in front. A splat behind the surface by less than its own size may reach beyond it, unless it faces away:
   // that one is visible through an opening only.
-  bool hides(Vector3 centre, Vector3 normal, double half_axis) const {
-    const Vector3 at = view.point(centre);
+  bool hides(Vector3 center, Vector3 normal, double half_axis) const {
+    const Vector3 at = view.point(center);
     const bool away = view.direction(normal).z < 0;
     double nearest = away ? -1e300 : 1e300;
     for (int dy = -1; dy <= 1; ++dy)
@@ -111,12 +111,12 @@ LaboratoryResult splats(const LaboratoryArguments& given) {
     white.push_back(white_space(all, from.view, from.depth).share());
     if (given.flag("measured")) continue;
     const std::vector<std::uint32_t> seen = from.seen(row, half_axes);
-    const std::vector<float> centres = of_samples(all.centres, 3, seen),
+    const std::vector<float> centers = of_samples(all.centers, 3, seen),
                              normals = of_samples(all.normals, 3, seen),
                              directions = of_samples(all.directions, 3, seen),
                              axes = of_samples(half_axes, 2, seen);
     const RgbImage image =
-        draw_splats({centres, normals, directions, axes, all.colors}, from.view, {.backs = !closed}).image;
+        draw_splats({centers, normals, directions, axes, all.colors}, from.view, {.backs = !closed}).image;
     images.insert(images.end(), image.pixels.begin(), image.pixels.end());
   }
   LaboratoryResult result;

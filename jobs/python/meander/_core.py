@@ -329,7 +329,7 @@ def _members_of(row):
 
 
 class _Work(_Object):
-    """Work that ends with its `with` statement: what is left of it is cancelled."""
+    """Work that ends with its `with` statement: what is left of it is canceled."""
     __slots__ = ()
 
     def __init__(self):
