@@ -55,5 +55,6 @@ foreach(program ${programs})
 endforeach()
 if(PYTHON)
   step(${CMAKE_COMMAND} -E env PYTHONPATH=${WORK}/moved/${PYTHON_DIR} ${PYTHON} -c
-       "import meander; assert meander.__file__.startswith('${WORK}'); meander.surface('torus', n=16)")
+       "import meander; assert meander.__file__.startswith('${WORK}'); meander.surface('torus', n=16)
+assert meander._program.program().startswith('${WORK}/moved/')")
 endif()

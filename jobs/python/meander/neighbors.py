@@ -28,12 +28,12 @@ def knn(base, queries=None, k=10, *, descriptor=None, distance="l1"):
         descriptor (`Store.described`).
     k: 1 or more. distance: "l1", "l2", "emd" (between running sums, for histograms), "chi2" or "cosine".
 
-    Returns Neighbors: rows and distances, (Q, min(k, rows of the base)), without the query itself one less. The rows of a store
-    are its own, which Store.ids and Store.labels are indexed by: those that `meander retrieve query` finds, with the same
-    distances. (Descriptors of separate values, "basics" for example, are brought to mean 0 and deviation 1 over the rows.)
-    Numbers are compared as float32. Raises ValueError for numbers that are not finite, rows without the descriptor and an
-    unknown distance, KeyError for an unknown descriptor. Exact, parallel, and the same for every number of threads; O(Q M B) time, about 0.1 ns a
-    number, and memory for two copies of the base.
+    Returns Neighbors: rows and distances, (Q, min(k, rows of the base)), without the query itself one less. The rows of a
+    store are its own, which Store.ids and Store.labels are indexed by: those that `meander retrieve query` finds, with the
+    same distances. (Descriptors of separate values, "basics" for example, are brought to mean 0 and deviation 1 over the
+    rows.) Numbers are compared as float32. Raises ValueError for numbers that are not finite, rows without the descriptor
+    and an unknown distance, KeyError for an unknown descriptor. Exact, parallel, and the same for every number of threads;
+    O(Q M B) time, about 0.3 ns a number, and memory for two copies of the base.
 
         >>> found = meander.knn([[0, 0], [0, 1], [5, 5]], [[0, 0.9], [4, 4]], k=2)
         >>> found.rows.tolist(), found.distances[1].tolist()
@@ -59,7 +59,8 @@ def knn(base, queries=None, k=10, *, descriptor=None, distance="l1"):
 
 def _in_store(store, queries, name, options):
     if name is None:
-        raise ValueError("a store has descriptors by name: say descriptor=, one of %s" % (", ".join(store.descriptors) or "none"))
+        raise ValueError("a store has descriptors by name: say descriptor=, one of %s"
+                         % (", ".join(store.descriptors) or "none"))
     rows = store.described(name)
     if len(rows) == 0:
         raise ValueError("no row of `%s` has the descriptor %r" % (store.path, name))

@@ -63,8 +63,9 @@ class Store:
     labels: (M,) int32 numbers of classes, -1 where unknown; class_names: the name of class 0, 1, ...
     splits: M words, "train", "test", "validation" or "none".
     columns: the names of the columns of samples that are stored, for `column` and StoreDataset.
-    attributes: the names of those that `run --attribute` stored. descriptors: names, of `run --describe`. color_sources: M words, where the colors of a row come
-        from ("texture", "vertex", "face", "material", "none"); None for a store without colors.
+    attributes: the names of those that `run --attribute` stored. descriptors: names, of `run --describe`.
+    color_sources: M words, where the colors of a row come from ("texture", "vertex", "face", "material", "none"); None for a
+        store without colors.
     file: the h5py.File, for everything else (docs/STORE.md lists the datasets).
     """
 
