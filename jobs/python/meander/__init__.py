@@ -387,11 +387,12 @@ def sample_file(path, n=2048, *, density="uniform", density_at=None, describe=()
     path, is_word = os.fspath(path), isinstance(density, str)
     options = dict(n=n, describe=_names(describe), **settings)
     options["density"] = _density(density, density_at, None, None)[0] if is_word else "vertices"
-    mesh = Mesh.read(path, _sampler(options, True, path))
+    sampler = _sampler(options, True, path)
+    mesh = Mesh.read(path, sampler)
     if not is_word:
         options["density"], values, of_faces = _density(density, density_at, mesh.vertices, mesh.faces)
-        mesh = mesh.with_density(values, of_faces)
-    return _samples(_sampler(options, True, path).sample_mesh(mesh, threads, timeout, False))
+        mesh, sampler = mesh.with_density(values, of_faces), _sampler(options, True, path)
+    return _samples(sampler.sample_mesh(mesh, threads, timeout, False))
 
 
 @_with_settings("file")
