@@ -373,14 +373,14 @@ std::uint64_t read_binary_faces(BinaryOff& file, std::size_t faces, PolygonMesh&
     for (std::int32_t c = 0; c < count; ++c)
       part.corners.push_back(text::to_index(file.word<std::int32_t>()));
     part.close_polygon();
-    const auto colors = file.word<std::int32_t>();
-    if (colors < 0 || static_cast<std::size_t>(colors) > file.words_left()) {
+    const auto numbers = file.word<std::int32_t>();
+    if (numbers < 0 || static_cast<std::size_t>(numbers) > file.words_left()) {
       file.at = file.content.size();
       break;
     }
-    of_color_map += colors == 1;
-    const std::size_t next = file.at + 4 * static_cast<std::size_t>(colors);
-    if (colors != nullptr && (colors == 3 || colors == 4))
+    of_color_map += numbers == 1;
+    const std::size_t next = file.at + 4 * static_cast<std::size_t>(numbers);
+    if (colors != nullptr && (numbers == 3 || numbers == 4))
       for (std::size_t k = 0; k < 3; ++k) colors[3 * (part.count() - 1) + k] = file.word<float>();
     file.at = next;
   }
