@@ -14,6 +14,7 @@
 #include "jobs/laboratory/colored_samples.h"
 #include "jobs/laboratory/splat_models.h"
 #include "kernels/core/vector3.h"
+#include "kernels/render/default_view.h"
 #include "pipeline/sampling_graph.h"
 
 namespace meander {
@@ -34,7 +35,7 @@ struct ModelLook {
   bool samples = true;        // samples are drawn on the surface; without a surface they always are
   SampleColoring color = {};  // what the color of a sample means
   double disc = 0.26;  // radius of a sample's disc, parts of sqrt(area / (samples drawn x density)); 0.05..1
-  Vector3 view = {0.55, 0.42, 1};  // from the model towards the eye
+  Vector3 view = default_view;  // from the model towards the eye
   Vector3 up = {0, 1, 0};
 };
 

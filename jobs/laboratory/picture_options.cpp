@@ -2,6 +2,7 @@
 
 #include "jobs/cli/usage_error.h"
 #include "jobs/rows/sample_colorings.h"
+#include "kernels/render/default_view.h"
 
 #include <fmt/format.h>
 
@@ -39,9 +40,10 @@ Vector3 axis_of(const std::string& name) {
 
 Vector3 view_of(const std::string& text, const std::string& up) {
   // The default view turns with the axis, so that the eye is in front, to the right and above for each.
-  Vector3 view = up == "y"   ? Vector3{0.55, 0.42, 1}
-                 : up == "z" ? Vector3{0.55, -1, 0.42}
-                             : Vector3{0.42, 0.55, 1};
+  const auto [right, above, front] = default_view;
+  Vector3 view = up == "y"   ? default_view
+                 : up == "z" ? Vector3{right, -front, above}
+                             : Vector3{above, right, front};
   if (!text.empty()) view = parse_direction("--view", text);
   if (!(norm(cross(view, axis_of(up))) > 1e-6 * norm(view)))
     throw UsageError("--view must not lie along the axis of --up, nor be 0,0,0");

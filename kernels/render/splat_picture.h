@@ -6,6 +6,7 @@
 
 #include "kernels/core/vector3.h"
 #include "kernels/data/rgb_image.h"
+#include "kernels/render/default_view.h"
 
 namespace meander {
 
@@ -15,9 +16,9 @@ struct SplatParameters {
   // The radius of the pale disc below it, in the same unit, that represents the surface and hides parts
   // behind; 0.6 covers a plane once, lower values show gaps; 0..2.
   double disc_radius = 1.0;
-  double margin = 0.04;            // empty border, share of the size
-  Vector3 view = {0.55, 0.42, 1};  // from the model towards the eye; not vertical
-  Vector3 up = {0, 1, 0};          // this direction of the model points up in the picture
+  double margin = 0.04;         // empty border, share of the size
+  Vector3 view = default_view;  // from the model towards the eye; not vertical
+  Vector3 up = {0, 1, 0};       // this direction of the model points up in the picture
 };
 
 // Orthographic view of points as depth-tested round beads on pale discs perpendicular to the normals, lit

@@ -9,6 +9,7 @@
 
 #include "kernels/core/vector3.h"
 #include "kernels/data/rgb_image.h"
+#include "kernels/render/default_view.h"
 #include "kernels/render/depth_picture.h"
 #include "kernels/render/stroke_canvas.h"
 #include "kernels/render/stroke_media.h"
@@ -31,7 +32,7 @@ struct StrokePictureParameters {
   std::optional<StrokePalette> palette{};     // without it that of the medium
   std::uint32_t width = 1080, height = 1080;  // pixels, 64..8192 each
   double margin = 0.045;                      // unpainted border, share of the smaller side, 0..0.3
-  Vector3 view = {0.55, 0.42, 1};             // from the model towards the eye; not along `up`
+  Vector3 view = default_view;                // from the model towards the eye; not along `up`
   Vector3 up = {0, 1, 0};
   Vector3 light = {-0.6, 0.62, 0.5};  // towards the light, as the eye sees it: right, up, towards the eye
   std::uint64_t seed = 1;

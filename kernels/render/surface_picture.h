@@ -8,6 +8,7 @@
 
 #include "kernels/core/vector3.h"
 #include "kernels/data/rgb_image.h"
+#include "kernels/render/default_view.h"
 
 namespace meander {
 
@@ -44,8 +45,8 @@ struct SurfacePictureParameters {
   double margin = 0.03;      // empty border, share of the size
   // Corners whose face normal and mean vertex normal have at least this cosine are shaded smoothly.
   double crease = 0.87;
-  Vector3 view = {0.55, 0.42, 1};  // from the model towards the eye; not along `up`
-  Vector3 up = {0, 1, 0};          // this direction of the model points up in the picture
+  Vector3 view = default_view;  // from the model towards the eye; not along `up`
+  Vector3 up = {0, 1, 0};       // this direction of the model points up in the picture
 };
 
 // Orthographic view of the mesh, lit from both sides like splat_picture, hollows darkened; white background;

@@ -72,9 +72,8 @@ class FigureSet:
     def __init__(self, options, models):
         self.quick, self.seed, self.models = options.quick, options.seed, models
         self.up = numpy.eye(3)["xyz".index(options.up)]
-        across = numpy.roll(self.up, 1)
-        self.view = numpy.array(options.view) if options.view else (
-            0.42 * self.up + 1.0 * across + 0.55 * numpy.roll(across, 1))
+        # As the default of `render --view`: in front, to the right and above.
+        self.view = numpy.array(options.view or {"x": (0.42, 0.55, 1), "y": (0.55, 0.42, 1), "z": (0.55, -1, 0.42)}[options.up])
         self.view_given = options.view is not None
         self.size = options.size or (280 if self.quick else 800)
         self.folder = options.output

@@ -4,8 +4,9 @@ import io
 
 import numpy
 
-# Okabe and Ito (2008) without yellow, then indigo, wine and brown: readers with protanopia and deuteranopia tell them apart.
-PALETTE = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#000000", "#e69f00", "#332288", "#882255", "#8c510a"]
+# As palette_color of io/plot/color.h: Okabe and Ito (2008) without yellow, then indigo, wine and brown. Readers with protanopia
+# and deuteranopia tell them apart.
+PALETTE = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000", "#332288", "#882255", "#8c510a"]
 MARKERS = "os^Dv<>pXP"
 NEUTRAL = "#6e6e6e"
 DOT = (196, 62, 28)

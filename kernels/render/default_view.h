@@ -1,0 +1,11 @@
+// The view of a model that no option chooses.
+#pragma once
+
+#include "kernels/core/vector3.h"
+
+namespace meander {
+
+// From the model towards the eye, where y points up: in front, to the right and above.
+inline constexpr Vector3 default_view{0.55, 0.42, 1};
+
+}  // namespace meander
