@@ -7,9 +7,10 @@ namespace meander {
 namespace {
 
 constexpr std::size_t items_compared = 41;  // the latest ones, whose median rate is taken
-constexpr std::size_t items_estimated = 3;  // so many have the rate 1 of the estimate before any is done
+constexpr std::size_t items_estimated = 6;  // so many have the rate 1 of the estimate before any is done
 constexpr double most_over_median = 4;      // an item counts at most this much more than those
 constexpr double kept = 0.98851;            // of the weight of an item by each later one: half by 60
+constexpr double rounds_believed = 3;       // see finished()
 constexpr double median_weight = 20;        // as how many items the median counts beside their mean
 
 double median_of(std::vector<double> values) {
@@ -37,9 +38,11 @@ void RemainingTime::finished(double work, double seconds, double now) {
   }
   const double median_work = latest_items_ > 0 ? median_weight * latest_work_ / latest_items_ : 1;
   const double rate = (median_of(rates_) * median_work + latest_seconds_) / (median_work + latest_work_);
-  // Items that are being worked on are in no sum yet, so that the number of threads is believed at first.
-  const double mean_seconds = busy_ / static_cast<double>(items_);
-  const double at_once = now + mean_seconds > 0 ? (busy_ + threads_ * mean_seconds) / (now + mean_seconds) : 1;
+  // How many items are worked on at once. Those in work are in no sum yet, so that the number of threads is
+  // believed until each has finished some.
+  const double rounds = static_cast<double>(items_) / threads_ / rounds_believed;
+  const double believed = 1 / (1 + rounds * rounds);
+  const double at_once = believed * threads_ + (now > 0 ? (1 - believed) * busy_ / now : 0);
   estimate_ = rate * std::max(0.0, work_ - done_work_) / std::max(at_once, 1e-3);
   estimated_at_ = now;
 }

@@ -62,7 +62,7 @@ void add_view_options(Command& command, std::string& up, std::string& view) {
 void add_color_option(Command& command, std::string& color) {
   command
       .add_option(
-          "--color,--colour", color,
+          "--color", color,
           fmt::format("Meaning of the color of a sample: {}, or an attribute of the store by its name",
                       coloring_words()))
       .show_default();

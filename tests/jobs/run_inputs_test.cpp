@@ -93,7 +93,7 @@ TEST_CASE("run: any file name works, and export and info find items by id and by
   CHECK(ids_of(store) == Ids{"caf%E9.off", "two%0Alines.off"});
   for (const char* item : {"caf%E9.off", "caf\xE9.off"}) {
     CHECK(meander_with({"info", store, item}).exit_code == 0);
-    const fs::path folder = scratch / (std::string("out") + item);
+    const fs::path folder = scratch / (std::string(item) + " points");
     CHECK(meander_with({"export", store, item, "-o", folder.string()}).exit_code == 0);
     CHECK(fs::exists(folder / "caf%E9.off.ply"));
   }
