@@ -37,6 +37,8 @@ void add(const CommandDescription& command, const std::string& before, std::stri
     std::string heading;
     bool is_first = true;
     for (const OptionDescription& option : command.options) {
+      if (!option.flags.empty() && option.flags.back().starts_with("--help"))
+        continue;  // every command has them
       const std::string own = option.flags.empty() ? "Arguments" : option.heading;
       if (is_first || own != heading)
         page += fmt::format("\n| {} | default | |\n|---|---|---|\n", heading = own);
@@ -51,7 +53,8 @@ void add(const CommandDescription& command, const std::string& before, std::stri
 
 std::string options_page(const CommandDescription& program) {
   std::string page =
-      "# Options\n\nEvery command with all of its options, as `meander pages` writes them; `meander help COMMAND` "
+      "# Options\n\nEvery command with all of its options, as `meander pages` writes them; `meander help "
+      "COMMAND` "
       "shows the same.\nValues that an option lists are the only ones that it takes.\n";
   add(program, "", page);
   return page;
