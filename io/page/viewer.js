@@ -27,7 +27,7 @@ function readFragment() {
   const given = new URLSearchParams(location.hash.slice(1));
   Object.assign(settings, FIRST_SETTINGS);
   Object.assign(view, FIRST_VIEW);
-  if (given.has('color')) settings.color = given.get('color');  // as links of older pages have it
+  if (given.has('colour')) settings.color = given.get('colour');  // as links of older pages have it
   for (const name of Object.keys(settings)) if (given.has(name)) settings[name] = given.get(name);
   for (const name of Object.keys(view)) {
     const number = parseFloat(given.get(name));

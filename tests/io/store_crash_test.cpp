@@ -313,7 +313,8 @@ TEST_CASE("run: a journal truncated during a run is named, and no store is writt
     }
   }
   CHECK_THAT(message, Catch::Matchers::ContainsSubstring(
-                          "rows-000001.wal has changed since row 4115 was written to it: run again"));
+                          "rows-000001.wal has changed since row 4115 was written to it; "
+                          "what is damaged will be computed again"));
   CHECK(names_in(folder.path()) == std::vector<std::string>{"s.h5.run"});
   CHECK(RunDirectory(folder / "s.h5", header).done_count() == 4096 + 19);
   CHECK((finish_run(folder / "s.h5", header) == expected));

@@ -232,7 +232,7 @@ TEST_CASE("run --attribute: missing attributes are counted by column, in the sum
              ContainsSubstring(R"("items_that_lack":{"attribute `quality`":3,"texture coordinates":4})"));
   const ProcessResult info = meander_with({"info", scratch / "s.h5"});
   CHECK_THAT(info.out,
-             ContainsSubstring("columns points, normals, face, corners, barycentric, curve_rank, density, "
+             ContainsSubstring("columns points, normals, face_index, corners, barycentric, curve_rank, density, "
                                "texcoord, attributes/quality") &&
                  ContainsSubstring("3 models lack attribute `quality`"));
   CHECK_THAT(
