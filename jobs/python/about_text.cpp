@@ -70,7 +70,8 @@ std::string prefix_of(const SampleColumn& column) {
   return column.is_asked_for() && column.doc.starts_with(prefix) ? prefix : "";
 }
 
-// The columns of samples: {dataset, former (in older stores, where that is another name), array, type, width, doc, always, option}.
+// The columns of samples: {dataset, former (in older stores, where that is another name), array, type, width,
+// doc, always, option}.
 void add_columns(JsonWriter& json) {
   const Samples none;
   json.key("columns");
@@ -93,8 +94,8 @@ void add_columns(JsonWriter& json) {
 
 // What decides where a run writes and what it prints, which meander.run sees to by itself, and what there is
 // in place of a store.
-constexpr std::string_view own_options[] = {"--help", "--output", "--progress",
-                                            "--json", "--stats",  "--dry-run"};
+constexpr std::string_view own_options[] = {"--help", "--help-all", "--output",  "--progress",
+                                            "--json", "--stats",    "--dry-run", "--allow-failures"};
 constexpr std::string_view array_heading = "Array";
 
 // The settings that options of `run` set, by the option.

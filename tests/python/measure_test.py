@@ -57,7 +57,8 @@ expect("--list", listed, spec.stdout.split())
 
 # ---- a copy of them in which something is wrong, without the history
 
-DOCUMENTS = ["README.md", "docs/QUALITY.md", "docs/CHOOSING.md", "docs/STAGES.md", "docs/PROMISES.md", "docs/PICTURES.md", "docs/LABORATORY.md", "docs/REMESH.md", "docs/RETRIEVAL.md"]
+DOCUMENTS = ["README.md", *("docs/%s.md" % name for name in (
+    "QUALITY", "CHOOSING", "STAGES", "PROMISES", "PICTURES", "LABORATORY", "REMESH", "RETRIEVAL"))]
 TABLE = re.compile(r"<!-- measured (\S+) (\S+) (\S+) -->\n(?=\|)")  # a mark directly above a table
 text = (SOURCES / "README.md").read_text()
 mark = TABLE.search(text)
@@ -84,11 +85,12 @@ with tempfile.TemporaryDirectory() as folder:
         return measure(copy, "--check", GIT_CEILING_DIRECTORIES=str(copy.parent))
 
     expect("a copy", check()[0], 0)
-    (copy / "README.md").write_text(re.sub(r"<!-- (not )?measured.*?-->\n", "", text, flags=re.DOTALL))
+    page = copy / "docs/LABORATORY.md"
+    page.write_text(re.sub(r"<!-- (not )?measured.*?-->\n", "", page.read_text(), flags=re.DOTALL))
     lines = [line for line in check()[1] if not line.startswith("docs/measurements.toml")]
     expect("no mark at all", (len(lines) > 5, {re.sub(r":\d+: \w+", "", line) for line in lines}),
-           (True, {"README.md with a number, without a mark"}))
-    (copy / "README.md").write_text(text)
+           (True, {"docs/LABORATORY.md with a number, without a mark"}))
+    shutil.copy(SOURCES / "docs/LABORATORY.md", page)
     check_with("an unknown name", text.replace(mark[0], mark[0] + mark[0].replace(mark[1], "no-entry"), 1),
                ["README.md:%d: `no-entry` is no entry" % (at + 1)])
     check_with("a date that is none", replaced(2, "2026-02-30"), ["README.md:%d: `2026-02-30` is no date" % at])

@@ -650,7 +650,7 @@ class Stores(WithMeshes):
             self.assertTrue(numpy.isnan(row["texcoord"]).all())
             self.assertEqual(s.lacks(0), ["texcoord"])
             self.assertEqual(s.names(0), {})
-            with self.assertRaisesRegex(ValueError, "no column 'normals': it has points, face, rgb, texcoord, attributes/height"):
+            with self.assertRaisesRegex(ValueError, "no column 'normals': it has points, face_index, rgb, texcoord, attributes/height"):
                 s.dataset()
 
     def a_collection(self, *options):
