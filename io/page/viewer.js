@@ -4,8 +4,10 @@
 
 const byId = (id) => document.getElementById(id);
 const FIRST_VIEW = {yaw: -0.6, pitch: 0.35, zoom: 1, x: 0, y: 0};
+// The colors of the models, where the store has them.
+const FIRST_COLOR = facts.colorings.some((coloring) => coloring.word === 'rgb') ? 'rgb' : 'plain';
 const FIRST_SETTINGS = {
-  model: '', points: facts.points, color: 'plain', style: 'discs', size: 1, up: 'y', detail: 'all', text: '', label: '', sort: 'id', theme: '',
+  model: '', points: facts.points, color: FIRST_COLOR, style: 'discs', size: 1, up: 'y', detail: 'all', text: '', label: '', sort: 'id', theme: '',
 };
 const settings = {...FIRST_SETTINGS};
 const view = {...FIRST_VIEW};

@@ -98,7 +98,7 @@ void print_json(const StatusOptions& options, const RunArray& array, const Array
 
 void print_status(const std::string& store, const StatusOptions& options, const RunArray& array,
                   const ArrayStatus& status) {
-  fmt::print("{}.run: {} of {} shards done, {} of {} models, {} failed\n", store, status.done.size(),
+  fmt::print("{}.run: {} of {} shards done, with {} of {} models, {} failed\n", store, status.done.size(),
              array.shards.size(), status.rows_done, array.rows, status.failed);
   const auto list = [](const char* what, const std::vector<std::size_t>& shards) {
     if (!shards.empty()) fmt::print("  {:<12}{:>7}  {}\n", what, shards.size(), array_expression(shards));

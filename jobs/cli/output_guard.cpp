@@ -20,6 +20,7 @@
 #include "io/file/read_file.h"
 #include "io/json/json_reader.h"
 #include "io/json_writer.h"
+#include "io/mesh/mesh_format.h"
 #include "io/parameters_text.h"
 #include "io/store/run_plan.h"
 #include "jobs/cli/usage_error.h"
@@ -173,7 +174,27 @@ void refuse_finished_store(const fs::path& store, RunPurpose purpose) {
     throw UsageError(fmt::format("`{}` exists (--fresh replaces it)", store.string()));
 }
 
+namespace {
+
+// A store under the name of another kind of file would be taken for one.
+void check_store_name(const fs::path& store) {
+  constexpr std::string_view others[] = {".npz", ".npy", ".xyz", ".csv", ".png", ".html", ".json", ".zip"};
+  const std::string extension = store.extension().string();
+  MeshFormat format;
+  std::error_code none;
+  if (!fs::exists(store, none) &&
+      (mesh_format_of(store, format) ||
+       std::find(std::begin(others), std::end(others), extension) != std::end(others)))
+    throw UsageError(
+        fmt::format("-o: `{}` has the extension of another kind of file: a store is an HDF5 file, as x.h5; "
+                    "`meander export x.h5 -o x.ply` writes points, `meander remesh` meshes",
+                    store.string()));
+}
+
+}  // namespace
+
 void check_run_outputs(const fs::path& store, bool fresh, std::span<const fs::path> inputs) {
+  check_store_name(store);
   OutputGuard guard;
   guard.protect(inputs);
   check_store_output(store, fresh, guard);

@@ -162,9 +162,9 @@ int export_points(const StoreReader& store, const std::vector<std::uint64_t>& ro
   }
   if (file_format(options.output) != nullptr) {
     if (rows.size() != 1)
-      throw UsageError(fmt::format("-o: `{}` is one file, but {} items {}: name the item, or give a folder",
-                                   options.output, rows.size(),
-                                   options.items.empty() ? "of the store have points" : "are named"));
+      throw UsageError(fmt::format(
+          "-o: `{}` is one file, but {} items {}: name the item behind the store, or give a folder",
+          options.output, rows.size(), options.items.empty() ? "of the store have points" : "are named"));
     guard.check(options.output, {export_format(options.format).kind}, "-o", options.existing());
     AtomicFile file(options.output, FullDisk::ends_command);
     write_row([&file](std::string_view bytes) { file.append(bytes); }, rows.front());

@@ -67,8 +67,14 @@ void print_notes(const InputNotes& notes) {
   if (notes.written_points > 0)
     fmt::print("  point files of `meander export` skipped: {}\n", notes.written_points);
   if (notes.links_back > 0) fmt::print("  links to an enclosing folder skipped: {}\n", notes.links_back);
-  if (notes.layout != FolderLayout::flat)
+  if (notes.layout != FolderLayout::flat) {
     fmt::print("  classes and splits of the folders: layout {}\n", name_of(notes.layout));
+    if (notes.items_outside_layout > 0)
+      fmt::print("    {} of {} items do not stand as it says, and get no class from it, as `{}`{}\n",
+                 notes.items_outside_layout, notes.items_in_layout + notes.items_outside_layout,
+                 notes.item_outside_layout,
+                 notes.items_in_layout == 0 ? ": --label-from-folder takes the folder of each file" : "");
+  }
   for (const std::string& file : notes.unused_label_files)
     fmt::print("  classes and splits of `{0}` are not used (--labels {0} uses them)\n", escape_id(file));
   if (!notes.has_label_file) return;

@@ -287,6 +287,10 @@ void place_in_layout(std::vector<Found>& found, FolderLayout wanted, InputNotes&
   for (Found& f : found) {
     if (!f.placed) continue;
     ItemPlace place = place_of(f.id, notes.layout);
+    if (!place.label.empty())
+      ++notes.items_in_layout;
+    else if (notes.items_outside_layout++ == 0)
+      notes.item_outside_layout = f.id;
     f.label = std::move(place.label);
     f.split = place.split;
   }

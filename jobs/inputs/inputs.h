@@ -31,6 +31,8 @@ struct InputNotes {
   std::uint64_t links_back = 0;                  // links to a folder around them, not followed
   std::vector<UnreadFolder> unread;              // ascending; with any, the run does not end with success
   FolderLayout layout = FolderLayout::flat;      // gave classes and splits; never automatic
+  std::uint64_t items_in_layout = 0, items_outside_layout = 0;  // of those that it can place
+  std::string item_outside_layout;                              // the first one
   // Counts of lines in files of labels that name no item or several, and of items that no line names, with
   // the first of each.
   bool has_label_file = false;

@@ -148,8 +148,8 @@ Command add_run_command(Command& program, RunOptions& options, RunOptionTexts& t
       "meander run models/ -o store.h5 -n 2048",
       "2,048 points and normals on every mesh of a folder; the same command resumes an interrupted "
       "run, and samples what is new in the folder");
-  command.example("meander run ModelNet40/ -o modelnet.h5 -n 2048 --layout modelnet --normalize unit-sphere",
-                  "A data set with its classes and splits, in the frame that networks expect");
+  command.example("meander run ModelNet40/ -o modelnet.h5 -n 2048 --layout modelnet --normalize pointnet",
+                  "A data set with its classes and splits, centered and scaled as PointNet takes them");
   add_store_options(command, options, texts);
   add_running_options(command.under("Running"), options, texts);
   Command array = command.under("Array (run STORE.run, see `meander plan`)");

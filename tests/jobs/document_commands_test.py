@@ -156,7 +156,7 @@ def fill(folder):
 
 
 # What these end with: two of 64 shards of an array are not the whole of it.
-EXPECTED = {"meander status set.h5.run": 75, "meander merge set.h5.run": 75}
+EXPECTED = {"meander status set.h5.run": 75, "meander merge set.h5.run": 75, "meander merge all.h5.run": 75}
 # Commands that go on with the store of a command that was left out, or need more rows than there are.
 LEFT_OUT = {"meander retrieve select c.h5 --most 3",
             "meander export base.h5 --descriptors d2 --format ann-hdf5 --queries 1000 --neighbors 100 -o base.hdf5"}

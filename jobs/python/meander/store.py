@@ -244,6 +244,7 @@ class Store:
         if split is None:
             return self.ok
         numbers, words = _words(self.file["items/split"])
+        split = {"val": "validation"}.get(split, split)
         if split not in words.values():
             raise ValueError("no split %r: %s" % (split, ", ".join(words.values())))
         return self.ok[[words[number] == split for number in numbers[self.ok]]]
@@ -274,13 +275,13 @@ class StoreDataset(_Dataset):
     transform: called with the values of an item as arguments, transform(points, normals, label); what it returns is the item.
     points: the first so many points of each row, 1 to n; None for all. Every prefix is a good sample, so that 256 of 4,096
         points take no farthest point sampling.
-    split: "train", "test" or "validation"; None for all.
+    split: "train", "test" or "validation" ("val"); None for all.
 
     rows: the numbers of the rows. labels, class_names: as Store, `labels` of the rows of this data set.
 
     HDF5 files do not survive a fork: each process opens the store at its first item, so workers may be forked or spawned, and
     the object can be pickled (with its transform, which must then be a function of a module). ValueError for a store without
-    a column, for more points than there are, and for an unknown split.
+    a column, for more points than there are, and for a split that is unknown or has no rows.
     """
 
     def __init__(self, store, columns=("points", "normals", "label"), *, transform=None, points=None, split=None):
@@ -290,6 +291,9 @@ class StoreDataset(_Dataset):
         with Store(self.path) as opened:
             self.points = None if points is None else opened.check_points(points)
             self.rows = opened.rows(split)
+            if split is not None and len(self.rows) == 0:
+                raise ValueError("`%s` has no ok row in the split %r: splits come from the folders (--layout) or from files "
+                                 "(--labels)" % (self.path, split))
             self.labels = opened.labels[self.rows]
             self.class_names = opened.class_names
             self._plan = [self._source(opened, name) for name in self._names()]
