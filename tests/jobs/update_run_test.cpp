@@ -587,7 +587,7 @@ TEST_CASE("run: with one thread items end in order of size, and none waits for t
 TEST_CASE("documents: list every status and exit code, and only options that exist") {
   std::string page;
   for (const char* const name : {"REFERENCE", "RUNNING", "DATASETS", "COLUMNS"})
-    page += read_file(fmt::format("{}/docs/{}.md", MEANDER_SOURCE_DIR, name));
+    page += read_file(std::string(MEANDER_SOURCE_DIR) + "/docs/" + name + ".md");
   for (const std::string_view status : status_names) {
     INFO(status);
     CHECK(page.find("| `" + std::string(status) + "` |") != std::string::npos);
