@@ -178,7 +178,8 @@ TEST_CASE("outputs: a name with the ending of a format is the file of one item")
     place.does({"export", store, "eight", "-o", file, "--format", format, "--fresh"});
     CHECK(read_file(file) != read_file(folder + "/torus." + format));
     place.refuses({"export", store, "-o", place.path("all." + format)},
-                  "is one file, but 2 items of the store have points: name the item, or give a folder");
+                  "is one file, but 2 items of the store have points: name the item behind the store, or "
+                  "give a folder");
   }
   place.refuses({"export", store, "0", "1", "-o", place.path("all.ply")}, "but 2 items are named");
   place.refuses({"export", store, "torus", "-o", place.path("c.PLY"), "--format", "npz"},
