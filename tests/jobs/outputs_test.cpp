@@ -166,6 +166,14 @@ TEST_CASE(
   place.does({"export", store, "torus", "1", "-o", place.path("one")});
 }
 
+TEST_CASE("outputs: a new store has no name of another kind of file") {
+  const Place place;
+  for (const char* const name : {"new.ply", "new.OBJ", "new.npz", "new.html"})
+    place.refuses({"run", place.path("m.off"), "-o", place.path(name)},
+                  "has the extension of another kind of file");
+  place.does({"run", place.path("m.off"), "-n", "16", "-o", place.path("new.store")});
+}
+
 TEST_CASE("outputs: a name with the ending of a format is the file of one item") {
   const Place place;
   const std::string store = place.path("s.h5");

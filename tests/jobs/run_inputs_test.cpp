@@ -146,6 +146,19 @@ TEST_CASE("run: lists on two machines make the same store, and a growing list re
   CHECK_THAT(needless.err, ContainsSubstring("--null applies to lists"));
 }
 
+TEST_CASE("run: a layout that items do not have is named with the first of them") {
+  const ScratchFolder scratch;
+  for (const char* item : {"chair/1.off", "lamp/2.off"}) put_mesh(scratch / "in" / item);
+  const std::string of_two =
+      "2 of 2 items do not stand as it says, and get no class from it, as `chair/1.off`: "
+      "--label-from-folder takes the folder of each file";
+  CHECK_THAT(run({scratch / "in", "--layout", "modelnet"}, scratch / "a.h5").out, ContainsSubstring(of_two));
+  put_mesh(scratch / "in/lamp/test/3.off");
+  CHECK_THAT(run({scratch / "in", "--layout", "modelnet"}, scratch / "b.h5").out,
+             ContainsSubstring(
+                 "2 of 3 items do not stand as it says, and get no class from it, as `chair/1.off`\n"));
+}
+
 TEST_CASE("run, info, export: a labeled tree gives classes and splits, and PointNet files of each split") {
   const ScratchFolder scratch;
   for (const char* item : {"chair/train/1.off", "chair/train/2.off", "chair/test/3.off", "lamp/train/4.off"})

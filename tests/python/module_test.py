@@ -17,6 +17,7 @@ import sys
 import tempfile
 import threading
 import time
+import types
 import unittest
 from pathlib import Path
 
@@ -388,6 +389,9 @@ class Arrays(unittest.TestCase):
         refused(TypeError, "vertices must be real numbers, not complex128", CUBE.astype(complex), QUADS)
         refused(TypeError, "vertices must be real numbers", [["a", "b", "c"]], QUADS)
         refused(TypeError, "faces are missing", CUBE)
+        refused(TypeError, "'cube.off' is a file: sample_file", "cube.off")
+        refused(TypeError, "name what follows it, as in n=5000", types.SimpleNamespace(vertices=CUBE, faces=QUADS),
+                5000)
         refused(ValueError, "3 normals of 8 vertices|8 vertices", CUBE, QUADS, normals=CUBE[:3])
         refused(ValueError, r"density\[1\] is -1", CUBE, QUADS, density=[1, -1, 1, 1, 1, 1])
         refused(ValueError, "density has 5 values: there are 8 vertices and 6 faces", CUBE, QUADS, density=[1] * 5)
@@ -702,6 +706,8 @@ class Stores(WithMeshes):
             meander.StoreDataset(store, ("points", "normal_s"))
         with self.assertRaisesRegex(ValueError, "no split 'dev'"):
             meander.StoreDataset(store, split="dev")
+        with self.assertRaisesRegex(ValueError, "has no ok row in the split 'validation'|has no ok row in the split 'val'"):
+            meander.StoreDataset(store, split="val")
 
     def test_prefixes_along_a_curve_are_refused(self):
         store = self.a_collection("--order", "curve")

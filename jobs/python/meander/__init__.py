@@ -231,7 +231,7 @@ def _arrays(vertices, faces):
     """Two arrays, or one object that has both (trimesh, Open3D-like)."""
     if isinstance(vertices, (str, bytes, os.PathLike)):
         raise TypeError("%r is a file: sample_file and read_mesh take files" % (vertices,))
-    if faces is not None and hasattr(vertices, "vertices"):
+    if faces is not None and (isinstance(vertices, Mesh) or hasattr(vertices, "vertices")):
         raise TypeError("a mesh stands by itself: name what follows it, as in n=%r" % (faces,))
     if faces is None:
         mesh = vertices
