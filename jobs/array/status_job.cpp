@@ -121,7 +121,15 @@ int print(const StatusOptions& options) {
   if (!options.array && !options.json && (options.offset != 0 || options.shards_a_task != 0))
     throw UsageError("--shard-offset and --shards-per-task apply to --array and --json");
   const std::string store = store_of_array(options.run);
-  if (store.empty()) throw UsageError(fmt::format("`{}` is not a run that `meander plan` made", options.run));
+  if (store.empty()) {
+    const std::string& path = options.run;
+    const std::string merged = path.ends_with(".run") ? path.substr(0, path.size() - 4) : path;
+    std::error_code none;
+    if (std::filesystem::is_regular_file(merged, none))
+      throw UsageError(
+          fmt::format("`{0}` is whole, no array is at work on it: see `meander info {0}`", merged));
+    throw UsageError(fmt::format("`{}` is not a run that `meander plan` made", path));
+  }
   const RunArray array = *read_run_array(store);
   const ArrayStatus status = status_of(store, array);
   if (options.array)

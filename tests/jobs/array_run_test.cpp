@@ -104,6 +104,9 @@ TEST_CASE("array: any number of shards in any order gives the store of one proce
       const ProcessResult again = meander_with({"merge", scene.run});
       CHECK(again.exit_code == 3);
       CHECK(contains(again.out, "merged already"));
+      const ProcessResult status = meander_with({"status", scene.run});
+      CHECK(status.exit_code == 2);
+      CHECK(contains(status.err, "is whole, no array is at work on it: see `meander info"));
     }
   }
 }
