@@ -29,7 +29,7 @@ PolygonMesh read_mesh_in_blocks(std::span<const std::byte> bytes, MeshFormat for
 
 // A component of a color that is not there.
 inline constexpr float no_color = std::numeric_limits<float>::quiet_NaN();
-// What the numbers of colors are: whole by their declared type or as they are written, or real.
+// The kind of the numbers of colors: whole by their declared type or as they are written, or real.
 enum class ColorNumbers : std::uint8_t { whole, real };
 // Brings the colors of all vertices, or of all faces, of a file to [0, 1] (docs/FORMATS.md has the table).
 // Whole numbers are of 255, or where one is larger of 65,535. Real ones are in [0, 1], or of 255 where more

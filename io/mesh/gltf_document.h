@@ -123,7 +123,7 @@ struct GltfImage {
   std::uint32_t view = no_index;
 };
 
-// What is wrong in it costs the colors, not the model.
+// An invalid one loses the colors, not the model.
 struct GltfMaterial {
   std::array<float, 3> color = {1, 1, 1};  // base color in linear light
   bool has_texture = false;

@@ -15,7 +15,7 @@ namespace meander {
 
 namespace {
 
-// What the attributes of a vertex may take while they are decoded; positions, normals, colors and texture
+// The attributes of a vertex may take this while they are decoded; positions, normals, colors and texture
 // coordinates with joints and weights take about 100.
 constexpr std::uint64_t most_bytes_per_vertex = 512;
 

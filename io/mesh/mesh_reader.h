@@ -57,7 +57,7 @@ struct CompanionFile {
   Loss loss = Loss::none;
 };
 
-// What a reader takes up only when it is asked to, beside colors.
+// Values that a reader takes up only when it is asked to, beside colors.
 struct MeshExtras {
   bool coordinates = false;  // fill PolygonMesh::coordinates
   // Fill PolygonMesh::asked_attributes with these, where the format has attributes that are not read anyway:
@@ -121,7 +121,7 @@ struct MeshSurroundings {
 // are decoded as far as a polygon has them; one that is missing, damaged or beyond most_image_pixels is kept
 // without pixels. A color that is not there or cannot be read is none, never an error.
 //
-// What the file asks for and does not get stands in PolygonMesh::notes: colors with `colors` alone.
+// PolygonMesh::notes names what the file asks for and does not get: colors with `colors` alone.
 PolygonMesh read_mesh(std::span<const std::byte> bytes, MeshFormat format, const CancelToken& cancel = {},
                       const MeshSurroundings& around = {});
 

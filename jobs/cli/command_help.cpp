@@ -9,8 +9,8 @@ namespace meander {
 
 namespace {
 
-constexpr std::size_t text_column = 26;   // of the texts beside the names of options
-constexpr std::size_t least_beside = 60;  // narrower lines have the texts below the names
+constexpr std::size_t text_column = 26;       // of the texts beside the names of options
+constexpr std::size_t min_beside_width = 60;  // narrower lines have the texts below the names
 
 // The word, or the parts that it may be broken into: each ends with | or a comma.
 std::vector<std::string_view> parts_of(std::string_view word, std::size_t room) {
@@ -76,7 +76,7 @@ std::string indented(std::string_view text, std::size_t indent, std::size_t widt
 
 // A name with its text beside it, or below it where it is long or the lines are short.
 std::string entry(const std::string& name, const std::string& text, std::size_t width) {
-  const bool is_narrow = width < least_beside;
+  const bool is_narrow = width < min_beside_width;
   const std::size_t column = is_narrow ? 6 : text_column;
   if (!is_narrow && name.size() + 4 <= column)
     return fmt::format("  {:<{}}", name, column - 2) + wrapped(text, column, column, width);
