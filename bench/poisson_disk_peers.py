@@ -56,16 +56,40 @@ def candidates(surface, count, seed):
     return meander.sample(surface, n=count, seed=seed, method="direct", sequence="random").coordinates()
 
 
+def farthest_points(points, k):
+    """k of (n, 3) points, each the farthest from all before it, and the seconds of one core that it took."""
+    start = time.process_time()
+    chosen, nearest = np.zeros(k, np.int64), np.full(len(points), np.inf, np.float32)
+    for i in range(1, k):
+        apart = points - points[chosen[i - 1]]
+        np.minimum(nearest, np.einsum("ij,ij->i", apart, apart), out=nearest)
+        chosen[i] = nearest.argmax()
+    return points[chosen], time.process_time() - start
+
+
+class Eliminator:
+    """Yuksel's own code: k of (n, 3) points on a surface of this area, and the seconds of one core that it took."""
+
+    def __init__(self, yuksel, scratch):
+        self.scratch, self.program = scratch, scratch / "yuksel_elimination"
+        subprocess.run(["g++", "-O3", "-march=native", "-w", "-I", str(yuksel),
+                        str(Path(__file__).parent / "yuksel_elimination.cpp"), "-o", str(self.program)], check=True)
+
+    def __call__(self, points, k, area):
+        given, kept = self.scratch / "given.raw", self.scratch / "kept.raw"
+        points.astype(np.float32).tofile(given)
+        done = subprocess.run([self.program, given, kept, str(k), repr(area)], capture_output=True, text=True, check=True)
+        return np.fromfile(kept, np.float32).reshape(-1, 3), float(done.stdout)
+
+
 class Peers:
     """Functions of (mesh, surface, area, points, seed, file): write a set to the file, return the seconds of one core."""
 
     def __init__(self, program, yuksel, scratch):
-        self.program, self.scratch = program, scratch
+        self.program = program
         self.all = {}
         if yuksel:
-            self.eliminator = scratch / "yuksel_elimination"
-            subprocess.run(["g++", "-O3", "-march=native", "-w", "-I", str(yuksel),
-                            str(Path(__file__).parent / "yuksel_elimination.cpp"), "-o", str(self.eliminator)], check=True)
+            self.eliminate = Eliminator(yuksel, scratch)
             self.all["Yuksel's own code"] = (self.yuksel, ".npy")
         self.all["farthest points"] = (self.farthest, ".npy")
         if open3d:
@@ -73,23 +97,14 @@ class Peers:
         self.all["spaced"] = (self.spaced, ".h5")
 
     def yuksel(self, mesh, surface, area, points, seed, file):
-        given, kept = self.scratch / "given.raw", self.scratch / "kept.raw"
-        candidates(surface, 5 * points, seed).astype(np.float32).tofile(given)
-        done = subprocess.run([self.eliminator, given, kept, str(points), repr(area)], capture_output=True, text=True,
-                              check=True)
-        np.save(file, np.fromfile(kept, np.float32).reshape(-1, 3))
-        return float(done.stdout)
+        kept, seconds = self.eliminate(candidates(surface, 5 * points, seed), points, area)
+        np.save(file, kept)
+        return seconds
 
     def farthest(self, mesh, surface, area, points, seed, file):
-        given = candidates(surface, 10 * points, seed).astype(np.float32)
-        start = time.process_time()
-        chosen, nearest = np.zeros(points, np.int64), np.full(len(given), np.inf, np.float32)
-        for i in range(1, points):
-            apart = given - given[chosen[i - 1]]
-            np.minimum(nearest, np.einsum("ij,ij->i", apart, apart), out=nearest)
-            chosen[i] = nearest.argmax()
-        np.save(file, given[chosen])
-        return time.process_time() - start
+        chosen, seconds = farthest_points(candidates(surface, 10 * points, seed).astype(np.float32), points)
+        np.save(file, chosen)
+        return seconds
 
     def open3d(self, mesh, surface, area, points, seed, file):
         triangles = open3d.io.read_triangle_mesh(str(mesh))

@@ -15,23 +15,12 @@ the k points, for each of them; a prefix costs nothing. Needs numpy, a Python pa
 """
 import argparse
 import math
-import subprocess
 import tempfile
-import time
 from pathlib import Path
 
 import meander
 import numpy as np
-
-
-def farthest(points, k):
-    start = time.process_time()
-    chosen, nearest = np.zeros(k, np.int64), np.full(len(points), np.inf, np.float32)
-    for i in range(1, k):
-        apart = points - points[chosen[i - 1]]
-        np.minimum(nearest, np.einsum("ij,ij->i", apart, apart), out=nearest)
-        chosen[i] = nearest.argmax()
-    return points[chosen], time.process_time() - start
+from poisson_disk_peers import Eliminator, farthest_points
 
 
 def smallest_distance(points):
@@ -41,20 +30,6 @@ def smallest_distance(points):
     return math.sqrt(max(0.0, apart.min()))
 
 
-class Eliminator:
-    def __init__(self, folder, scratch):
-        self.scratch = scratch
-        self.program = scratch / "yuksel_elimination"
-        subprocess.run(["g++", "-O3", "-march=native", "-w", "-I", str(folder),
-                        str(Path(__file__).parent / "yuksel_elimination.cpp"), "-o", str(self.program)], check=True)
-
-    def __call__(self, points, k, area):
-        given, kept = self.scratch / "given.raw", self.scratch / "kept.raw"
-        points.astype(np.float32).tofile(given)
-        done = subprocess.run([self.program, given, kept, str(k), repr(area)], capture_output=True, text=True, check=True)
-        return np.fromfile(kept, np.float32).reshape(-1, 3), float(done.stdout)
-
-
 def sets_of(mesh, n, k, seed, eliminate):
     """(name, points, seconds) of every way."""
     random = meander.sample(mesh, n=n, seed=seed, method="direct", sequence="random")
@@ -62,7 +37,7 @@ def sets_of(mesh, n, k, seed, eliminate):
     yield "random points", points[:k], 0.0
     if eliminate:
         yield ("Yuksel's own code", *eliminate(points, k, random.area))
-    yield ("farthest points", *farthest(points, k))
+    yield ("farthest points", *farthest_points(points, k))
     for name, options in (("prefix", {}), ("prefix, spaced", {"sequence": "spaced"})):
         yield name, meander.sample(mesh, n=n, seed=seed, **options).coordinates()[:k], 0.0
 
