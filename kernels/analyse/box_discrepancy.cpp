@@ -6,6 +6,7 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "kernels/analyse/box_triangles.h"
 #include "kernels/analyse/rotated_box_search.h"
 #include "kernels/core/parallel.h"
 #include "kernels/core/portable_angles.h"
@@ -21,11 +22,6 @@ constexpr std::uint32_t draws_per_box = 1000;
 constexpr std::uint32_t words_per_draw = 6;  // counters that one draw of a box uses: two numbers each
 
 using Corner = std::array<double, 3>;  // coordinates in the frame of a box
-
-Corner to_box(const RotatedBox& box, Vector3 p) {
-  const Vector3 offset = p - box.center;
-  return {dot(box.axes[0], offset), dot(box.axes[1], offset), dot(box.axes[2], offset)};
-}
 
 // The part of a polygon where sign * coordinate[axis] <= half (Sutherland and Hodgman 1974).
 int clip(const Corner* in, int count, Corner* out, std::size_t axis, double sign, double half) {
@@ -85,33 +81,11 @@ double clipped_area(const RotatedBox& box, Vector3 a, Vector3 b, Vector3 c, doub
 class AreaTree {
  public:
   AreaTree(std::span<const double> x, std::span<const double> y, std::span<const double> z,
-           std::span<const std::uint32_t> triangles) {
-    const std::size_t count = triangles.size() / 3;
-    std::vector<double> low(3 * count), high(3 * count);
-    const auto position = [&](std::size_t corner) {
-      const std::uint32_t v = triangles[corner];
-      return Vector3{x[v], y[v], z[v]};
-    };
-    for (std::size_t t = 0; t < count; ++t) {
-      const Vector3 a = position(3 * t), b = position(3 * t + 1), c = position(3 * t + 2);
-      const Corner least{std::min({a.x, b.x, c.x}), std::min({a.y, b.y, c.y}), std::min({a.z, b.z, c.z})};
-      const Corner most{std::max({a.x, b.x, c.x}), std::max({a.y, b.y, c.y}), std::max({a.z, b.z, c.z})};
-      std::copy(least.begin(), least.end(), low.begin() + 3 * t);
-      std::copy(most.begin(), most.end(), high.begin() + 3 * t);
-    }
-    tree_ = build_bounds_tree(low, high);
-    corners_.resize(9 * count);
-    before_.resize(count + 1);
-    for (std::size_t p = 0; p < count; ++p) {
-      const std::size_t t = tree_.order[p];
-      for (std::size_t k = 0; k < 3; ++k) {
-        const Vector3 v = position(3 * t + k);
-        corners_[9 * p + 3 * k] = v.x;
-        corners_[9 * p + 3 * k + 1] = v.y;
-        corners_[9 * p + 3 * k + 2] = v.z;
-      }
+           std::span<const std::uint32_t> triangles)
+      : triangles_(build_box_triangles(x, y, z, triangles)) {
+    before_.resize(triangles_.count() + 1);
+    for (std::size_t p = 0; p < triangles_.count(); ++p)
       before_[p + 1] = before_[p] + triangle_area(corner(p, 0), corner(p, 1), corner(p, 2));
-    }
   }
 
   double total() const { return before_.back(); }
@@ -119,7 +93,8 @@ class AreaTree {
   double area_in(const RotatedBox& box) const {
     double area = 0;
     visit_box(
-        tree_, box, [&](std::size_t begin, std::size_t end) { area += before_[end] - before_[begin]; },
+        triangles_.tree, box,
+        [&](std::size_t begin, std::size_t end) { area += before_[end] - before_[begin]; },
         [&](std::size_t begin, std::size_t end) {
           for (std::size_t p = begin; p < end; ++p)
             area += clipped_area(box, corner(p, 0), corner(p, 1), corner(p, 2), before_[p + 1] - before_[p]);
@@ -137,19 +112,15 @@ class AreaTree {
   }
 
   double diagonal() const {
-    const std::vector<double>& root = tree_.levels.back();
+    const std::vector<double>& root = triangles_.tree.levels.back();
     return 2 * norm({root[3], root[4], root[5]});
   }
 
  private:
-  Vector3 corner(std::size_t p, std::size_t k) const {
-    const double* at = corners_.data() + 9 * p + 3 * k;
-    return {at[0], at[1], at[2]};
-  }
+  Vector3 corner(std::size_t p, std::size_t k) const { return triangles_.corner(p, k); }
 
-  BoundsTree tree_;
-  std::vector<double> corners_;  // 9 per position: coordinates of the three corners
-  std::vector<double> before_;   // areas summed along the curve
+  BoxTriangles triangles_;
+  std::vector<double> before_;  // areas summed along the curve
 };
 
 // Rows of the rotation of the unit quaternion that three uniform numbers give (Shoemake 1992).
