@@ -27,12 +27,15 @@ struct Measure {
   bool draws, shapes, random;  // which of --picture, --shapes, --seed apply
 };
 constexpr Measure measures[] = {
-    {"boxes", "error over random rotated boxes, relative to random points (meshes)", measure_boxes, false,
-     true, true},
+    {"boxes",
+     "error over random rotated boxes, relative to random points, and the least that is known to be possible "
+     "(meshes)",
+     measure_boxes, false, true, true},
     {"rings", "discrepancy over patches grown ring by ring, as Quinn et al. 2013 (meshes)", measure_rings,
      false, true, true},
-    {"spacing", "nearest-neighbor distances, rho, coverage radius (plane, meshes)", measure_spacing, false,
-     false, true},
+    {"spacing",
+     "nearest-neighbor distances, rho, coverage radius, largest hole, Chamfer distance (plane, meshes)",
+     measure_spacing, false, false, true},
     {"discrepancy", "over boxes, triangles, quarter circles (plane); caps, triangles (sphere)",
      measure_discrepancy, false, true, true},
     {"integral", "integration error by number of points, and its slope (plane, meshes)", measure_integral,

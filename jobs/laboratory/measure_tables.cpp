@@ -13,6 +13,8 @@
 #include "jobs/cli/usage_error.h"
 #include "jobs/laboratory/python_program.h"
 #include "kernels/analyse/box_discrepancy.h"
+#include "kernels/analyse/box_limit.h"
+#include "kernels/analyse/coverage.h"
 #include "kernels/analyse/differential_domain.h"
 #include "kernels/analyse/discrepancy_plane.h"
 #include "kernels/analyse/discrepancy_rings.h"
@@ -47,28 +49,42 @@ void require_uniform(const MeasuredSet& set, const MeasureOptions& options) {
                      " was sampled with a density; only `integral` and `differences` take it");
 }
 
+PreparedMesh unit_square() {
+  PolygonMesh square;
+  square.x = {0, 1, 1, 0};
+  square.y = {0, 0, 1, 1};
+  square.z = {0, 0, 0, 0};
+  square.corners = {0, 1, 2, 0, 2, 3};
+  square.polygon_begin = {0, 3, 6};
+  return prepare_mesh(square);
+}
+
 }  // namespace
 
 Table measure_boxes(PointSets& sets, MeasuredSurfaces& surfaces, const MeasureOptions& options) {
-  Table table{{{"set"}, {"points"}, {"boxes"}, {"error / random", 4}}, {}};
+  Table table{{{"set"}, {"points"}, {"boxes"}, {"error / random", 4}, {"limit", 4}, {"over_limit", 4}}, {}};
   BoxParameters parameters;
   parameters.boxes = options.shapes > 0 ? options.shapes : parameters.boxes;
   parameters.seed = options.seed;
   const MeasuredSurface* last = nullptr;
   std::vector<RotatedBox> boxes;
+  double boundary = 0;
   for (std::size_t number = 0; number < sets.size(); ++number) {
     MeasuredSet set = sets.load(number);
     require_uniform(set, options);
     const MeasuredSurface& surface = surfaces.of(set);
     if (surface.kind != Kind::mesh) refuse_surface(options, "MESH or FOLDER");
-    if (&surface != last)
-      boxes =
-          random_boxes(surface.mesh.x, surface.mesh.y, surface.mesh.z, surface.mesh.triangles, parameters);
+    if (&surface != last) {
+      const PreparedMesh& mesh = surface.mesh;
+      boxes = random_boxes(mesh.x, mesh.y, mesh.z, mesh.triangles, parameters);
+      boundary = relative_boundary(mesh.x, mesh.y, mesh.z, mesh.triangles, boxes);
+    }
     last = &surface;
     if (boxes.empty())
       throw UsageError("hardly any box holds between 0.2 % and 60 % of the surface of " + set.name);
-    table.rows.push_back(
-        {set.name, set.count(), boxes.size(), box_error_ratio(boxes, working_points(set, surface.mesh))});
+    const double error = box_error_ratio(boxes, working_points(set, surface.mesh)),
+                 limit = box_error_limit(boundary, set.count());
+    table.rows.push_back({set.name, set.count(), boxes.size(), error, limit, error / limit});
   }
   return table;
 }
@@ -103,32 +119,25 @@ Table measure_spacing(PointSets& sets, MeasuredSurfaces& surfaces, const Measure
                {"mean"},
                {"rho", 3},
                {"coverage radius"},
-               {"coverage / mean spacing", 3}},
+               {"coverage / mean spacing", 3},
+               {"hole", 3},
+               {"chamfer", 4}},
               {}};
+  const PreparedMesh square = unit_square();
   for (std::size_t number = 0; number < sets.size(); ++number) {
     MeasuredSet set = sets.load(number);
     require_uniform(set, options);
     if (set.count() < 2) throw UsageError(set.name + " is one point, which has no neighbor");
     const MeasuredSurface& surface = surfaces.of(set);
-    std::vector<double> points, reference;
-    const std::uint64_t reference_count = coverage_references(set.count());
-    double unit = 1;
-    if (surface.kind == Kind::mesh) {
-      points = working_points(set, surface.mesh);
-      unit = surface.mesh.unit;
-      reference = area_samples({surface.mesh.x, surface.mesh.y, surface.mesh.z, surface.mesh.triangles},
-                               reference_count, options.seed);
-    } else if (surface.kind == Kind::plane) {
-      reference = unit_square_grid(reference_count);
-      for (std::size_t i = 0; i < set.count(); ++i) points.insert(points.end(), {set.x[i], set.y[i], 0.0});
-    } else {
-      refuse_surface(options, "plane, MESH or FOLDER");
-    }
-    const double area = surface.area() / (unit * unit);
-    const Spacing spacing = spacing_of(nearest_distances(points), area);
-    const double coverage = coverage_radius(points, reference);
-    table.rows.push_back({set.name, set.count(), spacing.min * unit, spacing.mean * unit, spacing.rho,
-                          coverage * unit, coverage / std::sqrt(area / static_cast<double>(set.count()))});
+    if (surface.kind == Kind::sphere) refuse_surface(options, "plane, MESH or FOLDER");
+    const PreparedMesh& mesh = surface.kind == Kind::mesh ? surface.mesh : square;
+    const std::vector<double> points = working_points(set, mesh);
+    const Spacing spacing = spacing_of(nearest_distances(points), mesh.total_area);
+    const Coverage coverage = coverage_of({mesh.x, mesh.y, mesh.z, mesh.triangles}, points, options.seed);
+    table.rows.push_back({set.name, set.count(), spacing.min * mesh.unit, spacing.mean * mesh.unit,
+                          spacing.rho, coverage.radius * mesh.unit,
+                          coverage.radius / std::sqrt(mesh.total_area / static_cast<double>(set.count())),
+                          coverage.hole, coverage.chamfer});
   }
   return table;
 }
@@ -325,16 +334,6 @@ FieldSamples field_samples(const MeasuredSet& set, const PreparedMesh& mesh, boo
     samples.frames.insert(samples.frames.end(), {1, 0, 0});
   }
   return samples;
-}
-
-PreparedMesh unit_square() {
-  PolygonMesh square;
-  square.x = {0, 1, 1, 0};
-  square.y = {0, 0, 1, 1};
-  square.z = {0, 0, 0, 0};
-  square.corners = {0, 1, 2, 0, 2, 3};
-  square.polygon_begin = {0, 3, 6};
-  return prepare_mesh(square);
 }
 
 }  // namespace

@@ -45,10 +45,6 @@ std::vector<double> all_distances(const KdTree<Dimension>& queries, const Search
   return distances;
 }
 
-double largest(const std::vector<double>& distances) {
-  return distances.empty() ? 0 : *std::max_element(distances.begin(), distances.end());
-}
-
 }  // namespace
 
 std::vector<double> nearest_distances(std::span<const double> x, std::span<const double> y, double period_x,
@@ -96,6 +92,12 @@ double hexagonal_spacing(double area, std::uint64_t n) {
   return std::sqrt(2 * area / (std::sqrt(3.0) * static_cast<double>(n)));
 }
 
+double hexagonal_hole(double area, std::uint64_t n) { return hexagonal_spacing(area, n) / std::sqrt(3.0); }
+
+double hexagonal_mean_distance(double area, std::uint64_t n) {
+  return hexagonal_hole(area, n) * (1.0 / 3 + 0.25 * std::log(3.0));
+}
+
 Spacing spacing_of(std::span<const double> distances, double area) {
   if (distances.empty()) throw std::invalid_argument("spacing_of: no distances");
   Spacing spacing;
@@ -103,27 +105,6 @@ Spacing spacing_of(std::span<const double> distances, double area) {
   spacing.mean = blocked_sum(distances) / static_cast<double>(distances.size());
   spacing.rho = spacing.min / hexagonal_spacing(area, distances.size());
   return spacing;
-}
-
-double coverage_radius(std::span<const double> x, std::span<const double> y,
-                       std::span<const double> reference_x, std::span<const double> reference_y,
-                       double period_x, double period_y) {
-  return largest(distances_to_samples(x, y, reference_x, reference_y, period_x, period_y));
-}
-
-double coverage_radius(std::span<const double> points, std::span<const double> reference) {
-  return largest(distances_to_samples(points, reference));
-}
-
-std::vector<double> unit_square_grid(std::uint64_t count) {
-  const auto side = static_cast<std::uint64_t>(std::ceil(std::sqrt(static_cast<double>(count))));
-  std::vector<double> grid;
-  for (std::uint64_t i = 0; i < side * side; ++i) {
-    grid.push_back((static_cast<double>(i % side) + 0.5) / static_cast<double>(side));
-    grid.push_back((static_cast<double>(i / side) + 0.5) / static_cast<double>(side));
-    grid.push_back(0);
-  }
-  return grid;
 }
 
 }  // namespace meander

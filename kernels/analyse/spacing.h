@@ -30,6 +30,11 @@ std::vector<double> distances_to_samples(std::span<const double> points, std::sp
 // hexagonal lattice (Lagae and Dutre 2008, "A comparison of methods for generating Poisson disk
 // distributions"). area > 0, n > 0.
 double hexagonal_spacing(double area, std::uint64_t n);
+// The largest and the mean distance of the plane to that lattice, whose Voronoi cells are regular hexagons:
+// spacing / sqrt(3), and that times 1 / 3 + log(3) / 4. No set of the plane has less of either (Fejes Toth
+// 1953, "Lagerungen in der Ebene, auf der Kugel und im Raum").
+double hexagonal_hole(double area, std::uint64_t n);
+double hexagonal_mean_distance(double area, std::uint64_t n);
 
 struct Spacing {
   double min = 0, mean = 0;  // of the nearest-neighbor distances
@@ -38,19 +43,5 @@ struct Spacing {
 // distances: of nearest_distances; area: of the domain (surface area in space). On curved or bounded domains
 // rho can exceed the flat limit a little for small n.
 Spacing spacing_of(std::span<const double> distances, double area);
-
-// Largest of distances_to_samples: the radius that discs around the samples need to cover the reference set.
-// It lies below the true coverage radius by at most the coverage radius of the reference set itself.
-double coverage_radius(std::span<const double> x, std::span<const double> y,
-                       std::span<const double> reference_x, std::span<const double> reference_y,
-                       double period_x = 0, double period_y = 0);
-double coverage_radius(std::span<const double> points, std::span<const double> reference);
-
-// How many reference points stand for a surface in the coverage radius of n samples.
-constexpr std::uint64_t coverage_references(std::uint64_t n) { return n > 1000 ? 20 * n : 20000; }
-
-// A reference set: the centers of a square grid of at least `count` cells over the unit square, as points of
-// space with z = 0.
-std::vector<double> unit_square_grid(std::uint64_t count);
 
 }  // namespace meander

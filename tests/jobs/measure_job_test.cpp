@@ -1,3 +1,6 @@
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
@@ -111,6 +114,68 @@ TEST_CASE(
   CHECK(2 * rings[0] < rings[1]);
   const std::vector<double> coverage = both("spacing", "coverage / mean spacing");
   CHECK(coverage[0] < coverage[1]);
+}
+
+TEST_CASE("measure boxes: every set stands beside the least error of its number of points") {
+  const ScratchFolder scratch;
+  const std::filesystem::path mesh = scratch / "ball.off";
+  write_mesh(mesh, icosphere(4));
+  std::vector<std::string> command = {"boxes"};
+  for (const char* n : {"500", "8000"}) {
+    command.push_back((scratch / (std::string(n) + ".h5")).string());
+    REQUIRE(run_process({program, "run", mesh.string(), "-o", command.back(), "-n", n}).exit_code == 0);
+  }
+  command.insert(command.end(), {"--surface", mesh.string(), "--csv", scratch / "b.csv", "--json"});
+  const ProcessResult result = measure(command);
+  INFO(result.err);
+  REQUIRE(result.exit_code == 0);
+  CHECK(contains(result.out, "\"limit\":0."));
+  CHECK(contains(result.out, "\"over_limit\":1."));
+  const std::vector<double> error = csv_column(scratch / "b.csv", "error / random"),
+                            limit = csv_column(scratch / "b.csv", "limit"),
+                            over = csv_column(scratch / "b.csv", "over_limit");
+  REQUIRE(limit.size() == 2);
+  // Of relative boundaries of 12.9 to 13.4, by the draw of the boxes.
+  CHECK(limit[0] == Approx(std::sqrt(0.0717 * 13.15 / std::sqrt(500.0))).epsilon(0.02));
+  CHECK(limit[0] == Approx(2 * limit[1]));
+  for (std::size_t i = 0; i < 2; ++i) {
+    CHECK(over[i] == Approx(error[i] / limit[i]));
+    CHECK(over[i] > 1);
+    CHECK(over[i] < 1.7);
+  }
+}
+
+TEST_CASE("measure spacing: a hexagonal lattice has the least hole and mean distance, random points do not") {
+  const ScratchFolder scratch;
+  // 20 by 20 rows on 1 x sqrt(3 / 4), with the copies across the border that the edges of a cell need.
+  std::string lattice, plane = "OFF\n4 2 0\n0 0 0\n20 0 0\n20 ";
+  const std::string height = fmt::format("{:.17g}", 20 * std::sqrt(0.75));
+  plane += height + " 0\n0 " + height + " 0\n3 0 1 2\n3 0 2 3\n";
+  for (int j = 0; j <= 20; ++j)
+    for (int i = 0; i <= 20; ++i)
+      lattice += fmt::format("{:.17g} {:.17g} 0\n", std::min(20.0, i + 0.5 * (j & 1)), j * std::sqrt(0.75));
+  write_file(scratch / "plane.off", plane);
+  write_file(scratch / "lattice.xyz", lattice);
+  const std::string random = scratch / "random.h5";
+  REQUIRE(run_process({program, "run", scratch / "plane.off", "-o", random, "-n", "441", "--sequence",
+                       "random", "--method", "direct"})
+              .exit_code == 0);
+  const ProcessResult result = measure({"spacing", scratch / "lattice.xyz", random, "--surface",
+                                        scratch / "plane.off", "--csv", scratch / "s.csv"});
+  INFO(result.err);
+  REQUIRE(result.exit_code == 0);
+  const std::vector<double> hole = csv_column(scratch / "s.csv", "hole"),
+                            chamfer = csv_column(scratch / "s.csv", "chamfer"),
+                            radius = csv_column(scratch / "s.csv", "coverage radius");
+  REQUIRE(hole.size() == 2);
+  // Distances are those of the lattice but at the left border, whose odd rows begin half a cell inside; the
+  // ratios are those of 441 points, where 400 are due.
+  CHECK(radius[0] == Approx(1 / std::sqrt(3.0)).epsilon(0.002));
+  CHECK(hole[0] == Approx(std::sqrt(441.0 / 400)).epsilon(0.002));
+  CHECK(chamfer[0] == Approx(std::sqrt(441.0 / 400)).epsilon(0.03));
+  CHECK(hole[1] > 2.5);
+  // Of Poisson points in the plane 1 / (2 sqrt(density)), 1.3256 times that of the lattice.
+  CHECK(chamfer[1] == Approx(1.3256).epsilon(0.05));
 }
 
 TEST_CASE("measure integral: stored densities are weighted, prefixes give a slope") {

@@ -4,10 +4,12 @@
     module_test.py MEANDER SHARED_DATA       exit status 77: numpy is not installed
 """
 import concurrent.futures
+import copy
 import csv
 import gc
 import hashlib
 import inspect
+import json
 import multiprocessing
 import pickle
 import shutil
@@ -237,8 +239,16 @@ class SameAsTheProgram(WithMeshes):
                 meander.measure_boxes(samples.coordinates(), vertices, faces)
             return
         self.assertEqual(said.returncode, 0, said.stderr)
-        expected = float((self.path / "boxes.csv").read_text().splitlines()[1].split(",")[-1])
-        self.assertAlmostEqual(meander.measure_boxes(samples.coordinates(), vertices, faces), expected, 4)
+        error, limit, over_limit = map(float, (self.path / "boxes.csv").read_text().splitlines()[1].split(",")[3:])
+        found = meander.measure_boxes(samples.coordinates(), vertices, faces)
+        for one in (found, pickle.loads(pickle.dumps(found)), copy.copy(found)):
+            self.assertIsInstance(one, float)
+            self.assertAlmostEqual(one, error, 4)
+            self.assertAlmostEqual(one.limit, limit, 6)
+            self.assertAlmostEqual(one.over_limit, over_limit, 3)
+        self.assertEqual(json.loads(json.dumps({"error": found}))["error"], float(found))
+        self.assertLess(0.1, limit)  # 1.2 to 1.6 times the limit
+        self.assertLess(limit, 0.9 * error)
 
 
 class Arrays(unittest.TestCase):
@@ -795,11 +805,14 @@ class Meshes(WithMeshes):
                 meander.measure(points, vertices, faces)
             return
         self.assertEqual(said.returncode, 0, said.stderr)
-        least, mean, rho, coverage = map(float, (self.path / "spacing.csv").read_text().splitlines()[1].split(",")[2:6])
+        least, mean, rho, coverage, _, hole, chamfer = map(
+            float, (self.path / "spacing.csv").read_text().splitlines()[1].split(",")[2:])
         for made in (meander.measure(points, vertices, faces, seed=4), meander.measure(points, meander.read_mesh(self.path / "sphere.off"), seed=4)):
-            for name, value in dict(least=least, mean=mean, rho=rho, coverage=coverage).items():
+            for name, value in dict(least=least, mean=mean, rho=rho, coverage=coverage, hole=hole, chamfer=chamfer).items():
                 self.assertAlmostEqual(made[name], value, 5, name)
-            self.assertEqual(made["boxes"], meander.measure_boxes(points, vertices, faces, seed=4))
+            boxes = meander.measure_boxes(points, vertices, faces, seed=4)
+            self.assertEqual((made["boxes"], made["limit"], made["over_limit"]), (boxes, boxes.limit, boxes.over_limit))
+            self.assertIs(type(made["boxes"]), float)
         for pattern, given in (("is one point", points[:1]), ("points is empty", points[:0]), (r"points\[1\] is", points * [[1]] * numpy.where(
                 numpy.arange(1000) == 1, numpy.nan, 1)[:, None])):
             with self.assertRaisesRegex(ValueError, pattern):

@@ -5,10 +5,11 @@
 
 #include "jobs/laboratory/functions/laboratory_functions.h"
 #include "jobs/python/array_mesh.h"
+#include "kernels/analyse/box_limit.h"
+#include "kernels/analyse/coverage.h"
 #include "kernels/analyse/differential_domain.h"
 #include "kernels/analyse/discrepancy_plane.h"
 #include "kernels/analyse/discrepancy_star.h"
-#include "kernels/analyse/mesh_distance.h"
 #include "kernels/analyse/spacing.h"
 #include "kernels/analyse/spectrum.h"
 #include "kernels/mesh/prepare_mesh.h"
@@ -77,7 +78,8 @@ LaboratoryResult square_discrepancy(const LaboratoryArguments& given) {
 }
 
 // Takes a mesh, points (sets x n, 3), sets, boxes and seed. Returns ratios (sets,): the root mean square
-// error of each set over random rotated boxes, the same for all, over that of random points.
+// error of each set over random rotated boxes, the same for all, over that of random points; limit, the least
+// that is known to be possible for as many points.
 LaboratoryResult box_errors_on_mesh(const LaboratoryArguments& given) {
   const PreparedMesh surface = prepare_mesh(given.mesh());
   const std::vector<RotatedBox> boxes = boxes_on(surface, given);
@@ -91,26 +93,30 @@ LaboratoryResult box_errors_on_mesh(const LaboratoryArguments& given) {
     ratios.push_back(box_error_ratio(boxes, working_points(points.subspan(3 * each * s, 3 * each), surface)));
   LaboratoryResult result;
   result.add("ratios", std::move(ratios));
+  result.add(
+      "limit",
+      box_error_limit(relative_boundary(surface.x, surface.y, surface.z, surface.triangles, boxes), each));
   return result;
 }
 
 // Takes a mesh, points (n, 3), n >= 2, in its coordinates, and seed. Returns the least and the mean distance
-// to the nearest other point, rho, and the coverage radius, in units of the mesh but for rho: as `measure
-// spacing`.
+// to the nearest other point, and the coverage radius, in units of the mesh; rho, hole and chamfer, over
+// those of the hexagonal lattice: as `measure spacing`.
 LaboratoryResult spacing_on_mesh(const LaboratoryArguments& given) {
   const PreparedMesh surface = prepare_mesh(given.mesh());
   const std::span<const double> at = given.reals("points", 3);
   require_finite(at, "points");
   const std::vector<double> points = working_points(at, surface);
-  const std::vector<double> reference =
-      area_samples({surface.x, surface.y, surface.z, surface.triangles},
-                   coverage_references(points.size() / 3), given.whole("seed", 1));
   const Spacing spacing = spacing_of(nearest_distances(points), surface.total_area);
+  const Coverage coverage =
+      coverage_of({surface.x, surface.y, surface.z, surface.triangles}, points, given.whole("seed", 1));
   LaboratoryResult result;
   result.add("least", spacing.min * surface.unit);
   result.add("mean", spacing.mean * surface.unit);
   result.add("rho", spacing.rho);
-  result.add("coverage", coverage_radius(points, reference) * surface.unit);
+  result.add("coverage", coverage.radius * surface.unit);
+  result.add("hole", coverage.hole);
+  result.add("chamfer", coverage.chamfer);
   return result;
 }
 

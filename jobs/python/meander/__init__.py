@@ -28,12 +28,12 @@ from ._program import RunResult, RunStopped
 from .neighbors import Neighbors, knn
 from .store import Store, StoreDataset, open_store
 
-__all__ = ["Mesh", "Neighbors", "RemeshedMesh", "RunResult", "RunStopped", "Samples", "SamplingError", "Store", "StoreDataset",
-           "content_of", "describe", "descriptor_names", "knn", "measure", "measure_boxes", "open_store", "read_mesh", "remesh",
-           "run", "sample", "sample_file", "sample_many", "surface", "surface_names"]
+__all__ = ["BoxError", "Mesh", "Neighbors", "RemeshedMesh", "RunResult", "RunStopped", "Samples", "SamplingError", "Store",
+           "StoreDataset", "content_of", "describe", "descriptor_names", "knn", "measure", "measure_boxes", "open_store",
+           "read_mesh", "remesh", "run", "sample", "sample_file", "sample_many", "surface", "surface_names"]
 
-Mesh = _core.Mesh
-for _class in (Mesh, Neighbors, SamplingError, RunResult, RunStopped):
+BoxError, Mesh = _core.BoxError, _core.Mesh
+for _class in (BoxError, Mesh, Neighbors, SamplingError, RunResult, RunStopped):
     _class.__module__ = "meander"
 
 
@@ -547,12 +547,14 @@ def measure(points, vertices, faces=None, *, boxes=1000, seed=1):
     vertices, faces: as in sample, or a Mesh. boxes: 1 to 200,000; seed: of the boxes and of the reference points.
 
     Returns a dict of numbers: "boxes", the error of the share of points in random rotated boxes, relative to random points
-    (1: as random ones; smaller is better); "rho", the least distance of two points over that of a hexagonal lattice of as many
-    (0: random, 0.65 to 0.85: Poisson disk; larger is better); in units of the mesh "least" and "mean", distances to the
-    nearest other point, straight through space, and "coverage", the largest distance from the surface to a point (smaller is
-    better). The same as `meander measure boxes` and `measure spacing`. Raises SamplingError for a mesh without area,
-    ValueError for points that are not finite, RuntimeError in a build without the laboratory. Cost: half a second for 1,000
-    boxes on 100,000 triangles; the other measures 10 to 30 us a point.
+    (1: as random ones; smaller is better); "limit", the least such error that is known to be possible for as many points on
+    this surface, and "over_limit", the error over it (1 at best); "rho", the least distance of two points over that of a
+    hexagonal lattice of as many (0: random, 0.65 to 0.85: Poisson disk; larger is better); in units of the mesh "least" and
+    "mean", distances to the nearest other point, straight through space, and "coverage", the largest distance from the surface
+    to a point (smaller is better); "hole" and "chamfer", the largest and the mean distance from the surface to the points over
+    those of the plane to a hexagonal lattice (1 is its optimum). The same as `meander measure boxes` and `measure spacing`.
+    Raises SamplingError for a mesh without area, ValueError for points that are not finite, RuntimeError in a build without the
+    laboratory. Cost: half a second for 1,000 boxes on 100,000 triangles; the other measures 10 to 30 us a point.
 
         >>> cube = numpy.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)])
         >>> quads = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
@@ -631,8 +633,11 @@ def remesh(vertices, faces=None, n=2048, *, sequence="spaced", density="uniform"
 def measure_boxes(points, vertices, faces=None, *, boxes=1000, seed=1):
     """The error of any points on a mesh over random rotated boxes, relative to random points: smaller is better.
 
-    points: (n, 3) in the coordinates of the mesh (Samples.coordinates()), of uniform density. As `meander measure boxes`.
-    Raises SamplingError for a mesh without area, RuntimeError in a build without the laboratory.
+    points: (n, 3) in the coordinates of the mesh (Samples.coordinates()), of uniform density.
+
+    Returns a BoxError, a float with two attributes: limit, the least error that is known to be possible for as many points on
+    this surface, and over_limit, the error over it. As `meander measure boxes`. Raises SamplingError for a mesh without area,
+    RuntimeError in a build without the laboratory.
     """
     if isinstance(vertices, Mesh) and faces is None:
         return _core.measure_boxes(points, vertices, boxes, seed)

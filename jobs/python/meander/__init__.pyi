@@ -167,8 +167,12 @@ def remesh(vertices: Any, faces: Optional[ArrayLike] = None, n: int = 2048, *, s
            crease_angle: float = 40.0, fit: bool = False, method: MethodWord = "auto", density_floor: float = 0.02,
            density_exponent: float = 1.0, spacing: SpacingWord = "default", order: OrderWord = "progressive",
            curve: Optional[CurveWord] = None, seed: int = 1) -> RemeshedMesh: ...
+class BoxError(float):
+    limit: float
+    over_limit: float
+
 def measure_boxes(points: ArrayLike, vertices: Any, faces: Optional[ArrayLike] = None, *, boxes: int = 1000,
-                  seed: int = 1) -> float: ...
+                  seed: int = 1) -> BoxError: ...
 def surface(shape: Union[Path, Callable[[NDArray[numpy.float64], NDArray[numpy.float64]], Any]], n: int = 2048, *,
             tolerance: float = 1e-3, content: Content = None, threads: int = 0, timeout: Optional[float] = None,
             density: str = "uniform", density_floor: float = 0.02, density_exponent: float = 1.0,

@@ -459,12 +459,28 @@ def sample_callable_surface(function, tolerance, timeout, content, **options):
 
 def measure(points, mesh, boxes, seed):
     """A dict of the measures, boxes first."""
-    ratio = measure_boxes(points, mesh, boxes, seed)
+    error = measure_boxes(points, mesh, boxes, seed)
     points = _reals(points, "points", 3)
     if len(points) < 2:
         raise ValueError("points is one point, which has no neighbor")
     spread = call_laboratory("spacing_on_mesh", mesh, points=points, seed=operator.index(seed))
-    return dict(boxes=ratio, **{name: spread.__dict__[name] for name in ("rho", "least", "mean", "coverage")})
+    return dict(boxes=float(error), limit=error.limit, over_limit=error.over_limit,
+                **{name: spread.__dict__[name] for name in ("rho", "least", "mean", "coverage", "hole", "chamfer")})
+
+
+class BoxError(float):
+    """The error over rotated boxes, relative to random points. limit: the least error that is known to be possible for as many
+    points on this surface. over_limit: the error over it, 1 at best."""
+
+    __slots__ = ("limit", "over_limit")
+
+    def __new__(cls, error, limit):
+        made = super().__new__(cls, error)
+        made.limit, made.over_limit = limit, error / limit if limit > 0 else float("inf")
+        return made
+
+    def __reduce__(self):
+        return BoxError, (float(self), self.limit)
 
 
 def measure_boxes(points, mesh, boxes, seed):
@@ -476,7 +492,8 @@ def measure_boxes(points, mesh, boxes, seed):
     points = _reals(points, "points", 3)
     if len(points) == 0:
         raise ValueError("points is empty")
-    return float(call_laboratory("box_errors", mesh, points=points, boxes=boxes, seed=seed).ratios[0])
+    found = call_laboratory("box_errors", mesh, points=points, boxes=boxes, seed=seed)
+    return BoxError(float(found.ratios[0]), float(found.limit))
 
 
 __version__ = _about()["version"]
