@@ -14,7 +14,7 @@ namespace {
 
 struct FiguresOptions {
   std::string folder, up, view;
-  std::vector<std::string> models, only;
+  std::vector<std::string> models, points, only;
   std::uint32_t size = 0;
   std::uint64_t seed = 1;
   int threads = 0;
@@ -34,6 +34,7 @@ std::vector<std::string> words_of(const FiguresOptions& options) {
   if (options.size > 0) add("--size", std::to_string(options.size));
   if (options.quick) words.emplace_back("--quick");
   for (const std::string& model : options.models) add("--model", model);
+  for (const std::string& set : options.points) add("--points", set);
   return words;
 }
 
@@ -57,6 +58,10 @@ JobFunction add_figures_job(Command& program) {
   command.add_option("--models", options->models,
                      "Triangle meshes for the figures that show models (default: the bunny of the package "
                      "glmark2-data where it is installed, else a torus)");
+  command.add_option(
+      "--points", options->points,
+      "NAME=FILE: point sets of other programs on the model, for the figure `limit`; the files of "
+      "one NAME are one curve");
   command
       .add_option("--only", options->only,
                   "These figures only, by number or name: 1 to 26, table-1, and those of our own, as a wrong "

@@ -346,6 +346,78 @@ TEST_CASE("figures: spaced samples are judged by every measure, the same for one
   }
 }
 
+TEST_CASE(
+    "figures: sequences and the user's point sets stand against the limit, the same for one thread and two",
+    "[statistics]") {
+  MEANDER_NEEDS_FIGURES();
+  const ScratchFolder scratch;
+  const std::string ball = scratch / "ball.off", store = scratch / "s.h5", csv = scratch / "b.csv";
+  write_mesh(ball, icosphere(3));
+  std::vector<std::string> sets;  // two of 1,000 points, and one of 4,000
+  for (const char* n : {"1000", "1000", "4000"}) {
+    const std::string seed = std::to_string(sets.size() + 1), folder = scratch / ("set" + seed);
+    REQUIRE(run_process({program, "run", ball, "-o", store, "-n", n, "--seed", seed, "--sequence", "random",
+                         "--fresh"})
+                .exit_code == 0);
+    REQUIRE(run_process({program, "export", store, "-o", folder, "--format", "xyz"}).exit_code == 0);
+    sets.push_back(folder + "/ball.off.xyz");
+  }
+  for (const char* threads : {"1", "2"}) {
+    const ProcessResult result = run_process({program, "figures", "-o", scratch / threads, "--quick",
+                                              "--only", "limit", "-j", threads, "--models", ball, "--points",
+                                              "theirs=" + sets[0], "theirs=" + sets[1], "theirs=" + sets[2]});
+    INFO(result.err);
+    REQUIRE(result.exit_code == 0);
+  }
+  for (const char* name : {"limit_ball.csv", "limit_ball.svg", "limit_ball.png", "index.html"}) {
+    INFO(name);
+    CHECK(read_file(scratch / (std::string("1/") + name)) == read_file(scratch / (std::string("2/") + name)));
+  }
+  std::map<std::string, std::map<std::string, CsvRow>> rows;  // by samples and points
+  for (const CsvRow& row : csv_rows(scratch / "1/limit_ball.csv"))
+    rows[row.at("samples")][row.at("points")] = row;
+  CHECK(rows.size() == 9);
+  const auto value = [&](const char* samples, const char* points, const char* column) {
+    return std::stod(rows.at(samples).at(points).at(column));
+  };
+  CHECK(value("spaced", "256", "limit") == Approx(2 * value("spaced", "4096", "limit")));
+  for (const auto& [samples, of] : rows)
+    for (const auto& [points, row] : of) {
+      INFO(samples << ", " << points);
+      const double over = std::stod(row.at("over_limit"));
+      CHECK(over == Approx(std::stod(row.at("error")) / std::stod(row.at("limit"))).epsilon(1e-4));
+      CHECK(over > 1);
+      if (samples != "random" && samples != "theirs" && samples != "sample elimination") CHECK(over < 1.9);
+    }
+  CHECK(value("random", "4096", "over_limit") > 5);
+  CHECK(value("sample elimination", "4096", "over_limit") >
+        1.3 * value("sample elimination", "256", "over_limit"));
+  CHECK(value("spaced best", "1024", "over_limit") < value("stratified", "1024", "over_limit"));
+  // The user's sets as `measure boxes` has them.
+  REQUIRE(run_process({program, "measure", "boxes", sets[0], sets[1], sets[2], "--surface", ball, "--shapes",
+                       "200", "--csv", csv})
+              .exit_code == 0);
+  const std::vector<CsvRow> measured = csv_rows(csv);
+  REQUIRE(measured.size() == 3);
+  const auto error = [&](std::size_t set) { return std::stod(measured[set].at("error / random")); };
+  CHECK(value("theirs", "1000", "error") ==
+        Approx(std::hypot(error(0), error(1)) / std::sqrt(2.0)).epsilon(1e-5));
+  CHECK(value("theirs", "4000", "error") == Approx(error(2)).epsilon(1e-5));
+  CHECK(value("theirs", "1000", "sets") == 2);
+
+  for (const std::vector<std::string>& words :
+       {std::vector<std::string>{"--only", "limit", "--points", "theirs=" + sets[0]},  // of which model?
+        {"--only", "5", "--models", ball, "--points", "theirs=" + sets[0]},
+        {"--only", "limit", "--models", ball, "--points", sets[0]}}) {
+    std::vector<std::string> command = {program, "figures", "-o", scratch / "none", "--quick"};
+    command.insert(command.end(), words.begin(), words.end());
+    const ProcessResult refused = run_process(command);
+    INFO(refused.err);
+    CHECK(refused.exit_code == 2);
+    CHECK(contains(refused.err, "--points"));
+  }
+}
+
 TEST_CASE("figures: sampling by lifted areas removes the tessellation error", "[statistics]") {
   MEANDER_NEEDS_FIGURES();
   const ScratchFolder scratch;

@@ -29,12 +29,22 @@ def whole(low, high):
     return parse
 
 
+def named_file(text):
+    name, equals, file = text.partition("=")
+    if not (name and equals and file):
+        raise argparse.ArgumentTypeError("NAME=FILE is needed, and `%s` is none" % text)
+    return name, file
+
+
 def arguments(program):
     parser = argparse.ArgumentParser(prog=program, description="Remakes the survey's figures: pictures, data and a page.")
     parser.add_argument("-o", "--output", required=True, metavar="FOLDER", help="output folder, created if missing")
     parser.add_argument("--model", "--models", dest="models", action="extend", nargs="+", default=[], metavar="MESH",
                         help="meshes for the figures that show models (default: the bunny of the package glmark2-data, "
                              "where it is installed)")
+    parser.add_argument("--points", action="extend", nargs="+", type=named_file, default=[], metavar="NAME=FILE",
+                        help="point sets of other programs on the model, for the figure `limit`: the files of one NAME are "
+                             "one curve")
     parser.add_argument("--only", default="", metavar="NAME,...",
                         help="these figures only, by number or name: " + ", ".join(registry.names()))
     parser.add_argument("--view", type=numbers(3), metavar="X,Y,Z", help="direction from the models towards the eye")
@@ -66,6 +76,8 @@ def main():
     chosen = registry.chosen(only)
     if (options.view or options.size) and not any(figure.has_models for figure in chosen):
         parser.error("--view, --size: none of these figures shows a model")
+    if options.points and (len(options.models) != 1 or "limit" not in (figure.name for figure in chosen)):
+        parser.error("--points: they lie on one mesh, which --models gives, and only the figure `limit` shows them")
     start = time.monotonic()
     for figure in chosen:
         print("%7.1f s  %s" % (time.monotonic() - start, figure.name), file=sys.stderr, flush=True)

@@ -65,4 +65,5 @@ CAPTIONS = {
     "histogram-floors": Caption("What remains of the error of histograms with many samples"),
     "spaced": Caption("Spaced samples by every measure"),
     "spaced-sets": Caption("Spaced samples beside others on models"),
+    "limit": Caption("Every sequence against the least error that is known to be possible"),
 }

@@ -27,7 +27,7 @@ nav li{break-inside:avoid;line-height:1.3;padding:.25em 0 .25em 1em;text-indent:
 
 
 # Names of the files that figures are written to; what else stands in the folder is left alone.
-OWN_NAMES = re.compile(r"(figure\d\d|table1|histogram_floors|metro|point_sets|spaced).*\.(svg|png|csv|json|ply)|index\.html")
+OWN_NAMES = re.compile(r"(figure\d\d|table1|histogram_floors|limit|metro|point_sets|spaced).*\.(svg|png|csv|json|ply)|index\.html")
 # How files of each kind begin.
 HEADS = {".svg": (b"<?xml", b"<svg"), ".png": (b"\x89PNG",), ".ply": (b"ply",), ".json": (b"{", b"["),
          ".html": (b"<!DOCTYPE html>",)}
@@ -67,10 +67,10 @@ def _cell(value):
 
 
 class FigureSet:
-    """quick, seed, models: as asked for. view, up: (3,) directions. size: pixels of a picture of a model."""
+    """quick, seed, models: as asked for. points: (name, file) of point sets on the model. view, up: (3,) directions. size: pixels of a picture of a model."""
 
     def __init__(self, options, models):
-        self.quick, self.seed, self.models = options.quick, options.seed, models
+        self.quick, self.seed, self.models, self.points = options.quick, options.seed, models, options.points
         self.up = numpy.eye(3)["xyz".index(options.up)]
         # As the default of `render --view`: in front, to the right and above.
         self.view = numpy.array(options.view or {"x": (0.42, 0.55, 1), "y": (0.55, 0.42, 1), "z": (0.55, -1, 0.42)}[options.up])

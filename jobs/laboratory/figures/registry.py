@@ -14,7 +14,7 @@ _MODULES = [("plane", "1 point-sets 2 3 4-plane 4-placement 4-sphere"), ("meshes
             ("surfaces", "6* 7* 8*"), ("splats", "9* 10* 11*"), ("tensors", "12* 13* 14* 15"),
             ("spectra", "16*"), ("tensors", "16-tensor"), ("splats", "17*"), ("strokes", "18* 19* 20*"),
             ("meshes", "21* metro*"), ("histograms", "22 23 24 25 26 table-1 histogram-floors"),
-            ("spaced", "spaced spaced-sets*")]
+            ("spaced", "spaced spaced-sets*"), ("limit", "limit")]
 
 
 def _function(module, name):

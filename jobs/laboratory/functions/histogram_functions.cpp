@@ -6,6 +6,7 @@
 
 #include "jobs/laboratory/functions/laboratory_functions.h"
 #include "kernels/analyse/box_discrepancy.h"
+#include "kernels/analyse/box_limit.h"
 #include "kernels/analyse/distance_shares.h"
 #include "kernels/analyse/histogram_error.h"
 #include "kernels/analyse/lifted_area.h"
@@ -230,17 +231,20 @@ LaboratoryResult geodesic_shares(const LaboratoryArguments& given) {
 
 // Takes a staged model, consecutive sets of samples, points (N, 3) in units of the file and sizes (K,), boxes
 // and seed. Returns ratio (K,), the error over that of random points; bias, the mean error of a box over that
-// of one set (0 for one set); rho (K,) and mean_distance (K,), the minimum and the mean distance to the
-// nearest other point over that of the hexagonal lattice.
+// of one set (0 for one set); limit (K,), the least error known to be possible for as many points; rho (K,)
+// and mean_distance (K,), the minimum and the mean distance to the nearest other point over that of the
+// hexagonal lattice.
 LaboratoryResult measures_of_sets(const LaboratoryArguments& given) {
   const PreparedMesh& mesh = given.staged().surface;
   const std::vector<RotatedBox> boxes = boxes_on(mesh, given);
   const std::span<const double> points = given.reals("points", 3);
-  std::vector<double> ratio, rho, mean_distance;
+  const double boundary = relative_boundary(mesh.x, mesh.y, mesh.z, mesh.triangles, boxes);
+  std::vector<double> ratio, limit, rho, mean_distance;
   BoxBias bias;
   for (const auto& [begin, size] : parts_of(points.size() / 3, given.numbers("sizes"))) {
     const std::vector<double> set = working_points(points.subspan(3 * begin, 3 * size), mesh);
     ratio.push_back(box_error_ratio(boxes, set));
+    limit.push_back(box_error_limit(boundary, size));
     bias.add(box_errors(boxes, set));
     const Spacing spacing = spacing_of(nearest_distances(set), mesh.total_area);
     rho.push_back(spacing.rho);
@@ -249,6 +253,7 @@ LaboratoryResult measures_of_sets(const LaboratoryArguments& given) {
   LaboratoryResult result;
   result.add("bias", ratio.size() > 1 ? bias.ratio() : 0);
   result.add("ratio", std::move(ratio));
+  result.add("limit", std::move(limit));
   result.add("rho", std::move(rho));
   result.add("mean_distance", std::move(mean_distance));
   return result;
