@@ -4,6 +4,8 @@
 
 #include "bench/bench_shapes.h"
 #include "kernels/analyse/box_discrepancy.h"
+#include "kernels/analyse/box_limit.h"
+#include "kernels/analyse/coverage.h"
 #include "kernels/render/oriented_splats.h"
 #include "kernels/render/splat_picture.h"
 #include "kernels/render/view_detail.h"
@@ -53,6 +55,32 @@ void draw_boxes(benchmark::State& state) {
   check_sum(state, shape_name(state.range(0)), shares);
 }
 BENCHMARK(draw_boxes)->Apply(every_shape);
+
+void box_boundaries(benchmark::State& state) {
+  const PreparedMesh& mesh = prepared_shape(state.range(0)).surface;
+  const std::vector<RotatedBox>& boxes = test_boxes(state.range(0));
+  std::vector<double> lengths;
+  for ([[maybe_unused]] auto _ : state)
+    lengths = boundary_lengths(mesh.x, mesh.y, mesh.z, mesh.triangles, boxes);
+  count_items(state, "box", static_cast<double>(boxes.size()));
+  check_sum(state, shape_name(state.range(0)), lengths);
+}
+BENCHMARK(box_boundaries)->Apply(every_shape);
+
+void coverage(benchmark::State& state) {
+  const PreparedMesh& mesh = prepared_shape(2).surface;
+  const auto samples = static_cast<std::uint32_t>(state.range(0));
+  const Samples set = samples_of(2, samples);
+  const std::vector<double> points(set.points.begin(), set.points.end());
+  std::vector<double> found(2);
+  for ([[maybe_unused]] auto _ : state) {
+    const Coverage made = coverage_of({mesh.x, mesh.y, mesh.z, mesh.triangles}, points, 1);
+    found = {made.radius, made.mean};
+  }
+  count_items(state, "sample", samples);
+  check_sum(state, shape_name(2), found);
+}
+BENCHMARK(coverage)->Arg(2048)->Arg(100000)->Unit(benchmark::kMillisecond);
 
 void count_in_boxes(benchmark::State& state) {
   const auto samples = static_cast<std::uint32_t>(state.range(0));
