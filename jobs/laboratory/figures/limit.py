@@ -92,7 +92,7 @@ def draw_against_limit(figures, model, rows):
             one.set(xscale="log", yscale="log", xlabel="points", xlim=(n[0] / 1.12, n[-1] * 1.12))
         axes[0].set(ylim=(limit[-1] / 1.3, 1.5), ylabel="error over rotated boxes / that of random points", title=model.name)
         axes[1].set(ylim=(low, high), ylabel="error / limit", title="the same over the limit")
-        axes[0].text(n[0], limit[-1] / 1.2, "  No set is known below the limit,\n  and none falls faster.", va="bottom")
+        axes[0].text(n[0], limit[-1] / 1.2, "  No set is known below the limit,\n  and the error of none falls faster.", va="bottom")
         at = lambda value: min(numpy.log(value / low) / numpy.log(high / low), 1)
         lines = sorted([(value, name) for name, value in over.items()] + [(1, "limit")])
         for (value, name), height in zip(lines, spread([at(value) for value, _ in lines], 0.062)):
