@@ -36,6 +36,10 @@ constexpr Measure measures[] = {
     {"spacing",
      "nearest-neighbor distances, rho, coverage radius, largest hole, Chamfer distance (plane, meshes)",
      measure_spacing, false, false, true},
+    {"modes",
+     "error of the integrals of the lowest eigenfunctions of the Laplacian, relative to random points "
+     "(meshes)",
+     measure_modes, false, true, false},
     {"discrepancy", "over boxes, triangles, quarter circles (plane); caps, triangles (sphere)",
      measure_discrepancy, false, true, true},
     {"integral", "integration error by number of points, and its slope (plane, meshes)", measure_integral,
@@ -123,9 +127,10 @@ JobFunction add_measure_job(Command& program) {
                      "Surface of the points: plane (unit square), sphere (unit sphere), a mesh file, or the "
                      "folder of a store's models");
   command
-      .add_option("--shapes", options->shapes,
-                  "Number of test shapes, 1 to 200000 (default: 1000 boxes, 256 ring seeds, 4096 planar "
-                  "shapes, 200 cap axes)")
+      .add_option(
+          "--shapes", options->shapes,
+          "Number of test shapes, 1 to 200000 (default: 1000 boxes, 256 ring seeds, 30 modes, 4096 planar "
+          "shapes, 200 cap axes)")
       .range(1, 200000);
   command.add_option("--seed", options->seed, "Seed of test shapes and reference points").show_default();
   command

@@ -22,12 +22,14 @@
 #include "kernels/analyse/discrepancy_star.h"
 #include "kernels/analyse/integration_error.h"
 #include "kernels/analyse/mesh_distance.h"
+#include "kernels/analyse/mode_errors.h"
 #include "kernels/analyse/point_location.h"
 #include "kernels/analyse/random_differences.h"
 #include "kernels/analyse/sampled_integrands.h"
 #include "kernels/analyse/slope_fit.h"
 #include "kernels/analyse/spacing.h"
 #include "kernels/analyse/spectrum.h"
+#include "kernels/describe/laplacian_spectrum.h"
 #include "kernels/mesh/prepare_mesh.h"
 #include "kernels/sample/point_frames.h"
 
@@ -36,6 +38,7 @@ namespace meander {
 namespace {
 
 constexpr std::uint32_t exact_star_limit = 1u << 14;
+constexpr std::uint32_t default_modes = 30;
 
 using Kind = MeasuredSurface::Kind;
 
@@ -138,6 +141,34 @@ Table measure_spacing(PointSets& sets, MeasuredSurfaces& surfaces, const Measure
                           spacing.rho, coverage.radius * mesh.unit,
                           coverage.radius / std::sqrt(mesh.total_area / static_cast<double>(set.count())),
                           coverage.hole, coverage.chamfer});
+  }
+  return table;
+}
+
+Table measure_modes(PointSets& sets, MeasuredSurfaces& surfaces, const MeasureOptions& options) {
+  Table table{{{"set"}, {"points"}, {"modes"}, {"error / random", 4}}, {}};
+  const std::size_t count = options.shapes > 0 ? options.shapes : default_modes;
+  if (count > most_surface_modes)
+    throw UsageError(
+        fmt::format("measure modes takes at most {} functions: --shapes is {}", most_surface_modes, count));
+  const MeasuredSurface* last = nullptr;
+  std::vector<SurfaceMode> modes;
+  for (std::size_t number = 0; number < sets.size(); ++number) {
+    MeasuredSet set = sets.load(number);
+    require_uniform(set, options);
+    const MeasuredSurface& surface = surfaces.of(set);
+    if (surface.kind != Kind::mesh) refuse_surface(options, "MESH or FOLDER");
+    if (&surface != last) {
+      try {
+        modes = lowest_modes(surface.mesh, count);
+      } catch (const SpectrumNotFound& error) {
+        throw UsageError(fmt::format("the surface of {}: {}", set.name, error.what()));
+      }
+    }
+    last = &surface;
+    if (modes.empty()) throw UsageError("the surface of " + set.name + " has no eigenfunctions");
+    const SurfaceLocations found = locate_points(*surface.locator, working_points(set, surface.mesh));
+    table.rows.push_back({set.name, set.count(), modes.size(), mode_error_ratio(surface.mesh, modes, found)});
   }
   return table;
 }

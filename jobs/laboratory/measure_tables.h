@@ -29,6 +29,7 @@ struct MeasureOptions {
 Table measure_boxes(PointSets& sets, MeasuredSurfaces& surfaces, const MeasureOptions& options);
 Table measure_rings(PointSets& sets, MeasuredSurfaces& surfaces, const MeasureOptions& options);
 Table measure_spacing(PointSets& sets, MeasuredSurfaces& surfaces, const MeasureOptions& options);
+Table measure_modes(PointSets& sets, MeasuredSurfaces& surfaces, const MeasureOptions& options);
 Table measure_discrepancy(PointSets& sets, MeasuredSurfaces& surfaces, const MeasureOptions& options);
 Table measure_integral(PointSets& sets, MeasuredSurfaces& surfaces, const MeasureOptions& options);
 Table measure_spectrum(PointSets& sets, MeasuredSurfaces& surfaces, const MeasureOptions& options);

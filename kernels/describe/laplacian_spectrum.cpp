@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 #include <span>
 
 #include "kernels/core/parallel.h"
@@ -117,8 +118,18 @@ void divide_by_lower(const Eigen::MatrixXd& lower, Eigen::MatrixXd& m) {
     }
 }
 
-// Solves K x = lambda M x, which with M = L L^T is the problem of L^-1 K L^-T.
-std::vector<double> by_dense_matrices(const SurfaceMatrices& matrices) {
+// Computes L^-T m likewise.
+void divide_by_transposed(const Eigen::MatrixXd& lower, Eigen::MatrixXd& m) {
+  for (Eigen::Index c = 0; c < m.cols(); ++c)
+    for (Eigen::Index j = m.rows(); j-- > 0;) {
+      for (Eigen::Index i = j + 1; i < m.rows(); ++i) m(j, c) -= lower(i, j) * m(i, c);
+      m(j, c) /= lower(j, j);
+    }
+}
+
+// Solves K x = lambda M x, which with M = L L^T is the problem of L^-1 K L^-T. functions: where the x go, a
+// column each; nullptr: nowhere.
+std::vector<double> by_dense_matrices(const SurfaceMatrices& matrices, Eigen::MatrixXd* functions) {
   const UnknownGraph& graph = matrices.stiffness.graph;
   const auto count = static_cast<Eigen::Index>(graph.count());
   Eigen::MatrixXd stiffness = Eigen::MatrixXd::Zero(count, count), mass = stiffness;
@@ -136,13 +147,18 @@ std::vector<double> by_dense_matrices(const SurfaceMatrices& matrices) {
   divide_by_lower(mass, stiffness);
   stiffness.transposeInPlace();
   divide_by_lower(mass, stiffness);
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(stiffness, Eigen::EigenvaluesOnly);
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(
+      stiffness, functions != nullptr ? Eigen::ComputeEigenvectors : Eigen::EigenvaluesOnly);
   if (solver.info() != Eigen::Success) throw SpectrumNotFound(failure);
+  if (functions != nullptr) {
+    *functions = solver.eigenvectors();
+    divide_by_transposed(mass, *functions);
+  }
   return {solver.eigenvalues().begin(), solver.eigenvalues().end()};
 }
 
 std::vector<double> by_iteration(const SurfaceMatrices& matrices, std::size_t count,
-                                 const CancelToken& cancel) {
+                                 Eigen::MatrixXd* functions, const CancelToken& cancel) {
   const GraphMatrix& stiffness = matrices.stiffness;
   const std::size_t vertices = stiffness.graph.count();
   // The shift is below zero, so that the shifted matrix is definite, and of the first eigenvalue's order of
@@ -164,8 +180,19 @@ std::vector<double> by_iteration(const SurfaceMatrices& matrices, std::size_t co
   solver.compute(Spectra::SortRule::LargestMagn, max_restarts, tolerance, Spectra::SortRule::SmallestAlge);
   if (solver.info() != Spectra::CompInfo::Successful)
     throw SpectrumNotFound("the eigenvalues of a component could not be found");
+  if (functions != nullptr) *functions = solver.eigenvectors();
   const Eigen::VectorXd values = solver.eigenvalues();
   return {values.begin(), values.end()};
+}
+
+// The eigenvalues with the zero, `count` or more where there are as many, in no order.
+std::vector<double> eigenvalues_of(const IntrinsicSurface& surface, std::size_t count,
+                                   Eigen::MatrixXd* functions, const CancelToken& cancel) {
+  SurfaceMatrices matrices = matrices_of(surface);
+  if (surface.vertex_count <= std::max(dense_vertices, count + 1))
+    return by_dense_matrices(matrices, functions);
+  separate_masses(matrices);
+  return by_iteration(matrices, count, functions, cancel);
 }
 
 }  // namespace
@@ -173,20 +200,31 @@ std::vector<double> by_iteration(const SurfaceMatrices& matrices, std::size_t co
 std::vector<double> laplacian_spectrum(const IntrinsicSurface& surface, std::size_t count,
                                        const CancelToken& cancel) {
   if (surface.vertex_count < 2 || count == 0) return {};
-  SurfaceMatrices matrices = matrices_of(surface);
-  const std::size_t wanted = count + 1;  // with the zero
-  std::vector<double> values;
-  if (surface.vertex_count <= std::max(dense_vertices, wanted + 1)) {
-    values = by_dense_matrices(matrices);
-  } else {
-    separate_masses(matrices);
-    values = by_iteration(matrices, wanted, cancel);
-  }
+  std::vector<double> values = eigenvalues_of(surface, count + 1, nullptr, cancel);
   std::sort(values.begin(), values.end());
   values.erase(values.begin());
   values.resize(std::min(values.size(), count));
   for (double& value : values) value = std::max(value, 0.0);
   return values;
+}
+
+LaplacianModes laplacian_modes(const IntrinsicSurface& surface, std::size_t count,
+                               const CancelToken& cancel) {
+  LaplacianModes modes;
+  if (surface.vertex_count < 2 || count == 0) return modes;
+  Eigen::MatrixXd functions;
+  const std::vector<double> values = eigenvalues_of(surface, count + 1, &functions, cancel);
+  std::vector<Eigen::Index> order(values.size());
+  std::iota(order.begin(), order.end(), Eigen::Index{0});
+  const auto value = [&](Eigen::Index k) { return values[static_cast<std::size_t>(k)]; };
+  std::stable_sort(order.begin(), order.end(),
+                   [&](Eigen::Index a, Eigen::Index b) { return value(a) < value(b); });
+  for (std::size_t k = 1; k < std::min(order.size(), count + 1); ++k) {
+    modes.values.push_back(std::max(value(order[k]), 0.0));
+    const auto column = functions.col(order[k]);
+    modes.functions.emplace_back(column.begin(), column.end());
+  }
+  return modes;
 }
 
 double area_of(const IntrinsicSurface& surface) {

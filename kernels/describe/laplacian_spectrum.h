@@ -36,6 +36,16 @@ class SpectrumNotFound : public std::runtime_error {
 std::vector<double> laplacian_spectrum(const IntrinsicSurface& surface, std::size_t count,
                                        const CancelToken& cancel = {});
 
+// The same with their eigenfunctions.
+struct LaplacianModes {
+  std::vector<double> values;                  // ascending
+  std::vector<std::vector<double>> functions;  // one an eigenvalue: of the V vertices, in no unit
+};
+// Cost and errors as above, and `count` V numbers of memory. Of a multiple eigenvalue the functions span the
+// eigenspace.
+LaplacianModes laplacian_modes(const IntrinsicSurface& surface, std::size_t count,
+                               const CancelToken& cancel = {});
+
 // The area by edge lengths. O(T).
 double area_of(const IntrinsicSurface& surface);
 

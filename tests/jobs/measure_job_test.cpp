@@ -145,6 +145,35 @@ TEST_CASE("measure boxes: every set stands beside the least error of its number 
   }
 }
 
+TEST_CASE("measure modes: random points have one, even samples far less, and fewer functions are smoother") {
+  const ScratchFolder scratch;
+  const std::filesystem::path mesh = scratch / "ring.off";
+  write_mesh(mesh, torus(48, 24));
+  const std::string even = scratch / "even.h5", random = scratch / "random.h5";
+  sample(mesh, even, "shifted");
+  sample(mesh, random, "random");
+  const auto errors = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> command = {"modes",       even,    random,           "--surface",
+                                        mesh.string(), "--csv", scratch / "m.csv"};
+    command.insert(command.end(), more.begin(), more.end());
+    const ProcessResult result = measure(command);
+    INFO(result.err);
+    REQUIRE(result.exit_code == 0);
+    return csv_column(scratch / "m.csv", "error / random");
+  };
+  const std::vector<double> thirty = errors({}), many = errors({"--shapes", "200"});
+  CHECK(csv_column(scratch / "m.csv", "modes") == std::vector<double>{200, 200});
+  CHECK(thirty[0] < 0.2);
+  CHECK(thirty[0] < many[0]);
+  CHECK(many[0] < 0.5);
+  CHECK(thirty[1] > 0.6);
+  CHECK(many[1] == Approx(1).margin(0.3));
+  const ProcessResult refused = measure({"modes", even, "--surface", mesh.string(), "--shapes", "1001"});
+  CHECK(refused.exit_code == 2);
+  CHECK(contains(refused.err, "at most 1000"));
+  CHECK(measure({"modes", even, "--surface", mesh.string(), "--seed", "2"}).exit_code == 2);
+}
+
 TEST_CASE("measure spacing: a hexagonal lattice has the least hole and mean distance, random points do not") {
   const ScratchFolder scratch;
   // 20 by 20 rows on 1 x sqrt(3 / 4), with the copies across the border that the edges of a cell need.

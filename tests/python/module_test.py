@@ -813,6 +813,15 @@ class Meshes(WithMeshes):
             boxes = meander.measure_boxes(points, vertices, faces, seed=4)
             self.assertEqual((made["boxes"], made["limit"], made["over_limit"]), (boxes, boxes.limit, boxes.over_limit))
             self.assertIs(type(made["boxes"]), float)
+            self.assertNotIn("modes", made)
+        subprocess.run([PROGRAM, "measure", "modes", self.path / "points.npy", "--surface", self.path / "sphere.off", "--csv",
+                        self.path / "modes.csv", "--shapes", "20"], check=True, stdout=subprocess.DEVNULL)
+        error = float((self.path / "modes.csv").read_text().splitlines()[1].split(",")[-1])
+        self.assertAlmostEqual(meander.measure(points, vertices, faces, modes=20)["modes"], error, 5)
+        self.assertLess(error, 0.4)
+        for modes in (-1, 1001):
+            with self.assertRaisesRegex(ValueError, "0 to 1000"):
+                meander.measure(points, vertices, faces, modes=modes)
         for pattern, given in (("is one point", points[:1]), ("points is empty", points[:0]), (r"points\[1\] is", points * [[1]] * numpy.where(
                 numpy.arange(1000) == 1, numpy.nan, 1)[:, None])):
             with self.assertRaisesRegex(ValueError, pattern):

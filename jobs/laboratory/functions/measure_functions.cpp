@@ -10,10 +10,13 @@
 #include "kernels/analyse/differential_domain.h"
 #include "kernels/analyse/discrepancy_plane.h"
 #include "kernels/analyse/discrepancy_star.h"
+#include "kernels/analyse/mode_errors.h"
 #include "kernels/analyse/spacing.h"
 #include "kernels/analyse/spectrum.h"
+#include "kernels/describe/laplacian_spectrum.h"
 #include "kernels/mesh/prepare_mesh.h"
 #include "kernels/pointset/planar_points.h"
+#include "kernels/rays/embree_locator.h"
 #include "kernels/sample/point_frames.h"
 
 namespace meander {
@@ -120,6 +123,27 @@ LaboratoryResult spacing_on_mesh(const LaboratoryArguments& given) {
   return result;
 }
 
+// Takes a mesh, points (n, 3) in its coordinates, and modes. Returns ratio, the root mean square error of the
+// integrals of the lowest eigenfunctions over that of random points; modes, the number of functions.
+LaboratoryResult mode_errors(const LaboratoryArguments& given) {
+  const PreparedMesh surface = prepare_mesh(given.mesh());
+  const std::span<const double> at = given.reals("points", 3);
+  require_finite(at, "points");
+  const EmbreeDevice device;
+  const SurfaceLocator locator(device, surface.x, surface.y, surface.z, surface.triangles);
+  std::vector<SurfaceMode> modes;
+  try {
+    modes = lowest_modes(surface, given.whole("modes"));
+  } catch (const SpectrumNotFound& error) {
+    throw ItemError(Status::internal, error.what());
+  }
+  if (modes.empty()) throw ItemError(Status::zero_area, "the surface has no eigenfunctions");
+  LaboratoryResult result;
+  result.add("ratio", mode_error_ratio(surface, modes, locate_points(locator, working_points(at, surface))));
+  result.add("modes", static_cast<double>(modes.size()));
+  return result;
+}
+
 // Takes points (n, 2) in the unit square that follow a density (of planar_density_names), shapes and seed.
 // Returns the maximum error over boxes at the origin, against their exact shares of the density.
 LaboratoryResult density_discrepancy(const LaboratoryArguments& given) {
@@ -196,6 +220,7 @@ constexpr LaboratoryFunction functions[] = {{"points_in_square", points_in_squar
                                             {"square_discrepancy", square_discrepancy},
                                             {"box_errors", box_errors_on_mesh},
                                             {"spacing_on_mesh", spacing_on_mesh},
+                                            {"mode_errors", mode_errors},
                                             {"density_discrepancy", density_discrepancy},
                                             {"power_spectrum", power_spectrum},
                                             {"differences", differences},
