@@ -408,6 +408,7 @@ TEST_CASE(
   for (const std::vector<std::string>& words :
        {std::vector<std::string>{"--only", "limit", "--points", "theirs=" + sets[0]},  // of which model?
         {"--only", "5", "--models", ball, "--points", "theirs=" + sets[0]},
+        {"--only", "limit", "--models", ball, "--points", "theirs=" + sets[0], "theirs=/absent.xyz"},
         {"--only", "limit", "--models", ball, "--points", sets[0]}}) {
     std::vector<std::string> command = {program, "figures", "-o", scratch / "none", "--quick"};
     command.insert(command.end(), words.begin(), words.end());

@@ -78,6 +78,9 @@ def main():
         parser.error("--view, --size: none of these figures shows a model")
     if options.points and (len(options.models) != 1 or "limit" not in (figure.name for figure in chosen)):
         parser.error("--points: they lie on one mesh, which --models gives, and only the figure `limit` shows them")
+    for _, file in options.points:
+        if not os.path.isfile(file.partition("::")[0]):  # FILE.h5::ITEM
+            parser.error("--points: there is no file `%s`" % file)
     start = time.monotonic()
     for figure in chosen:
         print("%7.1f s  %s" % (time.monotonic() - start, figure.name), file=sys.stderr, flush=True)

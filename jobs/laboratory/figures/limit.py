@@ -57,9 +57,8 @@ def draw_limit(figures):
     for model in figures.models:
         with figures.attempt(model.name):
             figures.note(model.name)
-            rows = errors_of_sequences(figures, model, counts, boxes)
-            rows += errors_of_files(figures, model, boxes)
-            draw_against_limit(figures, model, rows)
+            theirs = errors_of_files(figures, model, boxes)  # first: of what is not there nothing else is drawn
+            draw_against_limit(figures, model, errors_of_sequences(figures, model, counts, boxes) + theirs)
 
 
 def spread(heights, gap):
