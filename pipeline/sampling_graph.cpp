@@ -108,6 +108,31 @@ struct Envelope {
   bool frees_slot = false;         // no item, only the signal that a work slot is free again
 };
 
+// The items between their admission and their row, for how long they have been there.
+class InFlight {
+ public:
+  void add(Clock::time_point start) {
+    const std::lock_guard lock(mutex_);
+    ++items_;
+    starts_ += start - origin_;
+  }
+  void remove(Clock::time_point start) {
+    const std::lock_guard lock(mutex_);
+    --items_;
+    starts_ -= start - origin_;
+  }
+  double seconds() const {
+    const std::lock_guard lock(mutex_);
+    return std::chrono::duration<double>(items_ * (Clock::now() - origin_) - starts_).count();
+  }
+
+ private:
+  const Clock::time_point origin_ = Clock::now();
+  mutable std::mutex mutex_;
+  int items_ = 0;
+  Clock::duration starts_{};
+};
+
 // The graph with its counters. Lives for one call of run_sampling_graph.
 class SamplingGraph {
  public:
@@ -231,6 +256,7 @@ class SamplingGraph {
     envelope.ticket.item = index;
     envelope.item->plan = &plan_[index];
     envelope.item->start = Clock::now();
+    in_flight_.add(envelope.item->start);
     ++result_.taken;
     return envelope;
   }
@@ -356,6 +382,7 @@ class SamplingGraph {
     tsan_acquire(envelope.item);
     const NodeTimer timer(statistics_.back());
     GraphItem& item = *envelope.item;
+    in_flight_.remove(item.start);
     if (envelope.needed_bytes == 0) {
       if (item.dropped || sink_failed_) {
         ++result_.dropped;
@@ -386,7 +413,8 @@ class SamplingGraph {
     const double waited = std::max(0.0, seconds.count() - worked.count());
     result_.longest_wait_seconds = std::max(result_.longest_wait_seconds, waited);
     if (observer_)
-      observer_({*item.plan, report, item.failed_in, item.file_bytes, seconds.count(), waited, item.reused});
+      observer_({*item.plan, report, item.failed_in, item.file_bytes, seconds.count(), waited, item.reused,
+                 in_flight_.seconds()});
   }
 
   // Called when the sink fails: all items in flight are dropped, and the caller gets the exception at the
@@ -410,6 +438,7 @@ class SamplingGraph {
   EncodeNode encode_row_;
   StageNode write_row_;
   std::vector<std::unique_ptr<GraphItem>> items_;  // those in flight, by their index in the plan
+  InFlight in_flight_;
   GraphResult result_;
   std::mutex admitted_mutex_;
   std::queue<Envelope> admitted_;  // items that the first stage has not yet taken

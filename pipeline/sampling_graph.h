@@ -82,6 +82,7 @@ struct FinishedItem {
   double seconds = 0;         // from its admission to its row
   double waited_seconds = 0;  // the part of these outside the stages
   bool reused = false;
+  double in_flight_seconds = 0;  // since their admission, of all items that are in flight now
 };
 
 // Counters of one node of the graph, updated by many threads at once.

@@ -151,7 +151,7 @@ void Progress::finished(const FinishedItem& item) {
   const bool ok = item.report.status == Status::ok;
   failed_ += !ok;
   done_bytes_ += item.file_bytes;
-  time_.finished(item.plan.work, item.seconds, elapsed());
+  time_.finished(item.plan.work, item.seconds, elapsed(), item.in_flight_seconds);
   points_ += ok ? samples_ : 0;
   if (style_ == ProgressStyle::json) {
     print(json_object([&](JsonWriter& json) {

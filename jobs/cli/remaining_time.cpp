@@ -10,7 +10,6 @@ constexpr std::size_t items_compared = 41;  // the latest ones, whose median rat
 constexpr std::size_t items_estimated = 6;  // so many have the rate 1 of the estimate before any is done
 constexpr double most_over_median = 4;      // an item counts at most this much more than those
 constexpr double kept = 0.98851;            // of the weight of an item by each later one: half by 60
-constexpr double rounds_believed = 3;       // see finished()
 constexpr double median_weight = 20;        // as how many items the median counts beside their mean
 
 double median_of(std::vector<double> values) {
@@ -24,7 +23,7 @@ double median_of(std::vector<double> values) {
 RemainingTime::RemainingTime(double work, int threads)
     : work_(work), threads_(threads), rates_(items_estimated, 1.0) {}
 
-void RemainingTime::finished(double work, double seconds, double now) {
+void RemainingTime::finished(double work, double seconds, double now, double in_flight) {
   ++items_;
   done_work_ += work;
   busy_ += seconds;
@@ -38,11 +37,8 @@ void RemainingTime::finished(double work, double seconds, double now) {
   }
   const double median_work = latest_items_ > 0 ? median_weight * latest_work_ / latest_items_ : 1;
   const double rate = (median_of(rates_) * median_work + latest_seconds_) / (median_work + latest_work_);
-  // How many items are worked on at once. Those in work are in no sum yet, so that the number of threads is
-  // believed until each has finished some.
-  const double rounds = static_cast<double>(items_) / threads_ / rounds_believed;
-  const double believed = 1 / (1 + rounds * rounds);
-  const double at_once = believed * threads_ + (now > 0 ? (1 - believed) * busy_ / now : 0);
+  // How many items are worked on at once. A large item that is not yet done may be most of it.
+  const double at_once = now > 0 ? (busy_ + in_flight) / now : threads_;
   estimate_ = rate * std::max(0.0, work_ - done_work_) / std::max(at_once, 1e-3);
   estimated_at_ = now;
 }

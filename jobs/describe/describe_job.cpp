@@ -329,8 +329,8 @@ class DescribeJob {
     ItemReport report = item.report;
     report.status = problem->status;
     report.reason = problem->reason;
-    progress_->finished(
-        {item.plan, report, item.failed_in, item.file_bytes, item.seconds, item.waited_seconds, item.reused});
+    progress_->finished({item.plan, report, item.failed_in, item.file_bytes, item.seconds,
+                         item.waited_seconds, item.reused, item.in_flight_seconds});
   }
 
   DescribeOptions& options_;

@@ -327,6 +327,29 @@ TEST_CASE("sampling graph: no item waits behind later ones, one slow item among 
   }
 }
 
+TEST_CASE("sampling graph: a finished item knows for how long the others have been in flight") {
+  Setup setup(40, 2);
+  setup.parameters.memory_bytes = 1 << 20;
+  setup.plan[0].reserved_bytes = 100;  // it is admitted first, and ends after twenty others
+  std::atomic<int> ended{0};
+  double least = 1e9, last = -1;
+  std::vector<double> beside;
+  setup.run(three_stages([&](GraphItem& item) {
+              for (int i = 0; i < 2000 && item.plan->row == 0 && ended < 20; ++i)
+                std::this_thread::sleep_for(std::chrono::milliseconds(5));
+            }),
+            [&](const FinishedItem& item) {
+              if (item.plan.row != 0 && ended < 20) beside.push_back(item.in_flight_seconds);
+              least = std::min(least, item.in_flight_seconds);
+              last = item.in_flight_seconds;
+              ++ended;
+            });
+  REQUIRE(beside.size() == 20);
+  CHECK(*std::min_element(beside.begin(), beside.end()) > 0);
+  CHECK(least >= 0);
+  CHECK(last == 0);
+}
+
 TEST_CASE("sampling graph: the clock of an item stops while it waits") {
   using Clock = std::chrono::steady_clock;
   for (const int threads : {1, 2}) {
