@@ -44,6 +44,23 @@ bool payload_is_whole(const FileDescriptor& file, const RecordHeader& header, st
   return checksum == header.payload_crc32c;
 }
 
+// Calls visit(header, offset of the record) for the records from the beginning of a file of `size` bytes, up
+// to the first that is damaged or not whole by its length.
+template <class Visit>
+void walk_records(const FileDescriptor& file, const fs::path& path, std::uint64_t size,
+                  std::uint64_t first_row, std::uint64_t end_row, const Visit& visit) {
+  std::array<std::byte, record_header_bytes> head;
+  std::uint64_t offset = 0;
+  while (offset + record_header_bytes <= size) {
+    if (read_at(file, head, offset, path) < head.size()) return;
+    const auto header = read_record_header(head);
+    if (!header || header->row < first_row || header->row >= end_row) return;
+    if (header->payload_bytes > size - offset - record_header_bytes) return;
+    visit(*header, offset);
+    offset += record_header_bytes + header->payload_bytes;
+  }
+}
+
 }  // namespace
 
 Journals::Journals(fs::path folder, std::uint64_t count)
@@ -76,21 +93,15 @@ void Journals::replay(std::uint64_t journal, std::uint64_t first_row, std::uint6
   const OpenFile& opened = open(journal);
   const std::uint64_t size = file_size(opened.file, opened.path);
   std::vector<std::byte> buffer(std::size_t{1} << 20);
-  std::array<std::byte, record_header_bytes> head;
-  std::uint64_t offset = 0, end = 0;  // of the last whole record
-  while (offset + record_header_bytes <= size) {
-    read_at(opened.file, head, offset, opened.path);
-    const auto header = read_record_header(head);
-    if (!header || header->row < first_row || header->row >= end_row) break;
-    if (header->payload_bytes > size - offset - record_header_bytes) break;
-    const std::uint64_t next = offset + record_header_bytes + header->payload_bytes;
-    // What follows a record that is damaged may be whole.
-    if (payload_is_whole(opened.file, *header, offset + record_header_bytes, buffer, opened.path)) {
-      found(*header, offset);
-      end = next;
-    }
-    offset = next;
-  }
+  std::uint64_t end = 0;  // of the last whole record
+  walk_records(opened.file, opened.path, size, first_row, end_row,
+               [&](const RecordHeader& header, std::uint64_t offset) {
+                 const std::uint64_t payload = offset + record_header_bytes;
+                 // What follows a record that is damaged may be whole.
+                 if (!payload_is_whole(opened.file, header, payload, buffer, opened.path)) return;
+                 found(header, offset);
+                 end = payload + header.payload_bytes;
+               });
   sizes_[journal] = end;
   dirty_[journal] = end > 0;  // nobody knows whether the process that wrote it came to sync it
   if (end < size) truncate_file(opened.file, end, opened.path);
@@ -147,6 +158,14 @@ void Journals::sync(std::uint64_t first, std::uint64_t last) {
     any = true;
   }
   if (any) sync_folder(folder_);  // their names
+}
+
+void read_record_headers(const fs::path& journal, std::uint64_t first_row, std::uint64_t end_row,
+                         const std::function<void(const RecordHeader&)>& found) {
+  if (!fs::exists(journal)) return;
+  const FileDescriptor file = open_file(journal, O_RDONLY);
+  walk_records(file, journal, file_size(file, journal), first_row, end_row,
+               [&](const RecordHeader& header, std::uint64_t) { found(header); });
 }
 
 BegunLog::BegunLog(fs::path path) : path_(std::move(path)), file_(open_file(path_, O_RDWR | O_CREAT)) {

@@ -62,6 +62,11 @@ class Journals {
   std::uint64_t uses_ = 0;
 };
 
+// Calls found(header) for every record of a journal of which all bytes are there, as `replay` does, but reads
+// the headers alone and changes nothing: another process may be writing to it. A missing file has none.
+void read_record_headers(const std::filesystem::path& journal, std::uint64_t first_row, std::uint64_t end_row,
+                         const std::function<void(const RecordHeader&)>& found);
+
 // begun.log: a record of 16 bytes for every row that was begun.
 class BegunLog {
  public:

@@ -222,6 +222,21 @@ void RunDirectory::finish(const std::function<void()>& finished) {
   remove_run_folder(state.store);
 }
 
+RecordedRows recorded_rows(const fs::path& store, std::uint64_t rows) {
+  const Journals journals(with_suffix(store, ".run") / "journal", (rows + journal_rows - 1) / journal_rows);
+  std::vector<bool> known(rows, false);
+  RecordedRows recorded;
+  for (std::uint64_t first = 0; first < rows; first += journal_rows)
+    read_record_headers(journals.path(first / journal_rows), first, std::min(rows, first + journal_rows),
+                        [&](const RecordHeader& record) {
+                          if (known[record.row]) return;
+                          known[record.row] = true;
+                          ++recorded.done;
+                          recorded.failed += record.status != Status::ok;
+                        });
+  return recorded;
+}
+
 namespace {
 
 // Throws RunError(stopped) while a task of an array is at work. A description that cannot be read names none.

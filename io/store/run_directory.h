@@ -52,6 +52,13 @@ class RunDirectory {
   std::unique_ptr<State> state_;
 };
 
+// How many of the first `rows` rows STORE.run/ has recorded, and how many of these failed, while a process
+// may be at work on it. Reads one header a row; that of a row whose payload is damaged counts.
+struct RecordedRows {
+  std::uint64_t done = 0, failed = 0;
+};
+RecordedRows recorded_rows(const std::filesystem::path& store, std::uint64_t rows);
+
 // Removes STORE.run/ and what killed processes left beside it (for --fresh); a finished STORE stays until
 // another is renamed over it. Throws RunError(stopped) when another process holds the run, or a shard of it.
 void discard_run(const std::filesystem::path& store);

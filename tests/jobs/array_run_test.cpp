@@ -105,8 +105,12 @@ TEST_CASE("array: any number of shards in any order gives the store of one proce
       CHECK(again.exit_code == 3);
       CHECK(contains(again.out, "merged already"));
       const ProcessResult status = meander_with({"status", scene.run});
-      CHECK(status.exit_code == 2);
-      CHECK(contains(status.err, "is whole, no array is at work on it: see `meander info"));
+      CHECK(status.exit_code == 0);
+      CHECK(contains(status.out, "s.h5 is merged: "));
+      CHECK(meander_with({"status", scene.run, "--array"}).out == "\n");
+      const JsonObject json(meander_with({"status", scene.run, "--json"}).out, "status");
+      CHECK(json.integer("rows_done") == json.integer("rows"));
+      CHECK(*json.integer("failed") > 0);
     }
   }
 }
@@ -157,7 +161,16 @@ TEST_CASE("array: a stopped task exits with 75 and resumes later") {
   ProcessOptions stop;
   stop.environment = {{"MEANDER_TEST_FAULT", "stop:spheres/7"}};
   CHECK(run_process(scene.shard_command("0/1"), stop).exit_code == 75);
+  // What it has recorded counts, with the models that failed.
+  const JsonObject stopped(meander_with({"status", scene.run, "--json"}).out, "status");
+  CHECK(stopped.integer("shards_done") == 0);
+  CHECK(*stopped.integer("rows_done") > 0);
+  CHECK(*stopped.integer("rows_done") < *stopped.integer("rows"));
+  CHECK(contains(meander_with({"status", scene.run}).out,
+                 "with " + std::to_string(*stopped.integer("rows_done")) + " of "));
   CHECK(scene.shard("0/1").exit_code == 0);
+  const JsonObject done(meander_with({"status", scene.run, "--json"}).out, "status");
+  CHECK(done.integer("rows_done") == done.integer("rows"));
   REQUIRE(meander_with({"merge", scene.run}).exit_code == 3);
   CHECK(scene.is_as_one_process_makes_it());
 }
@@ -275,7 +288,7 @@ TEST_CASE("array: missing shards are listed in array notation") {
   CHECK_FALSE(fs::exists(scene.store));
   const ProcessResult status = meander_with({"status", scene.run});
   CHECK(status.exit_code == 75);
-  CHECK(contains(status.out, "6 of 10 shards done"));
+  CHECK(contains(status.out, "6 of 10 shards and "));
   const ProcessResult info = meander_with({"info", scene.store.string()});
   CHECK(contains(info.err, "meander status"));
 }
