@@ -36,8 +36,6 @@ constexpr std::array<std::pair<std::string_view, ArchiveKind>, 4> extensions = {
      {".tgz", ArchiveKind::tar_gzip}}};
 constexpr std::string_view gzip_extension = ".gz";
 
-std::uint32_t checksum(std::string_view bytes) { return libdeflate_crc32(0, bytes.data(), bytes.size()); }
-
 std::uint64_t most_unpacked(std::uint64_t packed_bytes) {
   return std::max(most_free_bytes, packed_bytes * most_unpacked_ratio);
 }
@@ -320,27 +318,6 @@ const ArchiveMember& Archive::readable(std::size_t member) const {
   return facts;
 }
 
-std::string Archive::unpack_deflated(const ByteSource& file, const ArchiveMember& member) const {
-  const std::string packed =
-      file.read(zip_data_offset(file, member), static_cast<std::size_t>(member.packed_bytes));
-  if (packed.size() < member.packed_bytes) throw_cut();
-  std::string bytes(static_cast<std::size_t>(member.bytes), '\0');
-  const std::unique_ptr<libdeflate_decompressor, void (*)(libdeflate_decompressor*)> unpacker(
-      libdeflate_alloc_decompressor(), libdeflate_free_decompressor);
-  if (!unpacker) throw std::bad_alloc();
-  switch (libdeflate_deflate_decompress(unpacker.get(), packed.data(), packed.size(), bytes.data(),
-                                        bytes.size(), nullptr)) {
-    case LIBDEFLATE_SUCCESS:
-      return bytes;
-    case LIBDEFLATE_SHORT_OUTPUT:
-      throw ItemError(Status::unreadable, "damaged: it unpacks to less than the archive states");
-    case LIBDEFLATE_INSUFFICIENT_SPACE:
-      throw ItemError(Status::unreadable, "damaged: it unpacks to more than the archive states");
-    default:
-      throw ItemError(Status::unreadable, "damaged: the packed data are not what gzip and zip write");
-  }
-}
-
 // A gzip file ends with its unpacked size, modulo 2^32 and of its last part alone: a hint, believed as far as
 // meshes are packed.
 std::string Archive::gunzip(const ByteSource& file, std::uint64_t most) const {
@@ -374,20 +351,16 @@ std::string Archive::unpack_from(const ByteSource& file, std::size_t member, std
   const ArchiveMember& facts = members()[member];
   if (kind_ == ArchiveKind::gzip) return gunzip(file, most);
   if (facts.bytes > most) throw_too_large(most);
+  if (kind_ == ArchiveKind::zip) return unpack_zip_member(file, facts);
   std::string bytes;
   if (kind_ == ArchiveKind::tar_gzip) {
     InflateSource source(file, {0, file.bytes()}, Wrapping::gzip, ~std::uint64_t{0});
     source.use(points_);
     bytes = source.read(facts.offset, static_cast<std::size_t>(facts.bytes));
-  } else if (facts.deflated) {
-    bytes = unpack_deflated(file, facts);
   } else {
-    const std::uint64_t begin = kind_ == ArchiveKind::zip ? zip_data_offset(file, facts) : facts.offset;
-    bytes = file.read(begin, static_cast<std::size_t>(facts.bytes));
+    bytes = file.read(facts.offset, static_cast<std::size_t>(facts.bytes));
   }
   if (bytes.size() < facts.bytes) throw_cut();
-  if (facts.crc32 && checksum(bytes) != *facts.crc32)
-    throw ItemError(Status::unreadable, "damaged: its checksum differs from that in the archive");
   return bytes;
 }
 
@@ -412,7 +385,7 @@ void Archive::look_at(std::size_t member, const Look& look, const AccessPoints* 
       return look(PartSource(source, facts.offset, facts.bytes));
     }
     if (facts.deflated && facts.bytes <= small_bytes) {
-      const std::string bytes = unpack_deflated(file, facts);
+      const std::string bytes = inflate_zip_member(file, facts);
       return look(MemorySource(bytes));
     }
     const std::uint64_t begin = kind_ == ArchiveKind::zip ? zip_data_offset(file, facts) : facts.offset;

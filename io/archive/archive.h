@@ -105,7 +105,6 @@ class Archive {
   const ArchiveMember& readable(std::size_t member) const;
   std::string unpack_from(const ByteSource& file, std::size_t member, std::uint64_t most) const;
   std::string gunzip(const ByteSource& file, std::uint64_t most) const;
-  std::string unpack_deflated(const ByteSource& file, const ArchiveMember& member) const;
 
   std::filesystem::path path_;
   std::shared_ptr<const Archive> outer_;

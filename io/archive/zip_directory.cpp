@@ -1,8 +1,11 @@
 #include "io/archive/zip_directory.h"
 
 #include <fmt/format.h>
+#include <libdeflate.h>
 
 #include <algorithm>
+#include <memory>
+#include <new>
 #include <numeric>
 #include <optional>
 
@@ -229,6 +232,46 @@ std::uint64_t zip_data_offset(const ByteSource& archive, const ArchiveMember& me
   if (offset > archive.bytes() || member.packed_bytes > archive.bytes() - offset)
     throw ItemError(Status::unreadable, "damaged: its bytes lie outside the archive");
   return offset;
+}
+
+namespace {
+
+[[noreturn]] void throw_cut_member() {
+  throw ItemError(Status::unreadable, "cut: the archive ends within it");
+}
+
+}  // namespace
+
+std::string inflate_zip_member(const ByteSource& archive, const ArchiveMember& member) {
+  const std::string packed =
+      archive.read(zip_data_offset(archive, member), static_cast<std::size_t>(member.packed_bytes));
+  if (packed.size() < member.packed_bytes) throw_cut_member();
+  std::string bytes(static_cast<std::size_t>(member.bytes), '\0');
+  const std::unique_ptr<libdeflate_decompressor, void (*)(libdeflate_decompressor*)> unpacker(
+      libdeflate_alloc_decompressor(), libdeflate_free_decompressor);
+  if (!unpacker) throw std::bad_alloc();
+  switch (libdeflate_deflate_decompress(unpacker.get(), packed.data(), packed.size(), bytes.data(),
+                                        bytes.size(), nullptr)) {
+    case LIBDEFLATE_SUCCESS:
+      return bytes;
+    case LIBDEFLATE_SHORT_OUTPUT:
+      throw ItemError(Status::unreadable, "damaged: it unpacks to less than the archive states");
+    case LIBDEFLATE_INSUFFICIENT_SPACE:
+      throw ItemError(Status::unreadable, "damaged: it unpacks to more than the archive states");
+    default:
+      throw ItemError(Status::unreadable, "damaged: the packed data are not what gzip and zip write");
+  }
+}
+
+std::string unpack_zip_member(const ByteSource& archive, const ArchiveMember& member) {
+  if (member.status != Status::ok) throw ItemError(member.status, member.reason);
+  const std::string bytes = member.deflated ? inflate_zip_member(archive, member)
+                                            : archive.read(zip_data_offset(archive, member),
+                                                           static_cast<std::size_t>(member.bytes));
+  if (bytes.size() < member.bytes) throw_cut_member();
+  if (member.crc32 && libdeflate_crc32(0, bytes.data(), bytes.size()) != *member.crc32)
+    throw ItemError(Status::unreadable, "damaged: its checksum differs from that in the archive");
+  return bytes;
 }
 
 }  // namespace meander

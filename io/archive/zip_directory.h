@@ -19,4 +19,11 @@ ArchiveListing read_zip_directory(const ByteSource& archive, std::uint64_t most_
 // or the bytes would not lie in the archive.
 std::uint64_t zip_data_offset(const ByteSource& archive, const ArchiveMember& member);
 
+// The unpacked bytes of a deflated member that is not refused. Throws ItemError(unreadable) when they are
+// cut, or not of the stated size. Memory: packed and unpacked.
+std::string inflate_zip_member(const ByteSource& archive, const ArchiveMember& member);
+// The bytes of any member, checked against its size and, where it has one, its checksum. Throws ItemError:
+// the status of a refused member; unreadable when they are damaged or cut.
+std::string unpack_zip_member(const ByteSource& archive, const ArchiveMember& member);
+
 }  // namespace meander

@@ -46,6 +46,7 @@ PointCloud read_ply_points(std::string_view text, const CancelToken& cancel, con
 PolygonMesh read_off_vertices(std::string_view text, const CancelToken& cancel, const BlockRule& rule);
 PointCloud read_text_points(std::string_view text, const CancelToken& cancel, const BlockRule& rule);
 PointCloud read_npy_points(std::string_view content, const CancelToken& cancel, const BlockRule& rule);
+PointCloud read_npz_points(std::string_view content, const CancelToken& cancel, const BlockRule& rule);
 
 // The numbers behind x y z in the rows of files that may not say what they are.
 struct TrailingNormals {

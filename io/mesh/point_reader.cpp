@@ -25,14 +25,15 @@ struct PointFileRow {
   std::string_view called;           // with its article
   std::optional<MeshFormat> format;  // of meshes, where they have one
   PointCloud (*read)(std::string_view content, const CancelToken& cancel, const BlockRule& rule);
-  bool is_text = true;
+  enum class Content : std::uint8_t { text, binary, zip } content = Content::text;
 };
 
-constexpr std::array<PointFileRow, 4> point_files = {
+constexpr std::array<PointFileRow, 5> point_files = {
     {{".ply", "a PLY file", MeshFormat::ply, read_ply_points},
      {".off", "an OFF file", MeshFormat::off, read_off_points},
      {".xyz .txt .csv .pts", "a text of points", {}, read_text_points},
-     {".npy", "an array of numpy", {}, read_npy_points, false}}};
+     {".npy", "an array of numpy", {}, read_npy_points, PointFileRow::Content::binary},
+     {".npz", "arrays of numpy", {}, read_npz_points, PointFileRow::Content::zip}}};
 
 const PointFileRow& row_of_points(const std::filesystem::path& path) {
   const std::string extension = path.extension().string();
@@ -63,12 +64,12 @@ PointCloud read_points_in_blocks(std::string_view content, const std::filesystem
                                  const CancelToken& cancel, const BlockRule& rule) {
   const PointFileRow& row = row_of_points(name);
   if (content.empty()) throw ItemError(Status::empty, "the file is empty");
-  if (row.is_text) {
+  if (row.content == PointFileRow::Content::text) {
     const DecodedText text(content, row.format ? row_of(*row.format).keeps_line_ends : nullptr);
     check_text(text.text(), row.called, row.format);
     return row.read(text.text(), cancel, rule);
   }
-  check_text(content, row.called, row.format);
+  if (row.content == PointFileRow::Content::binary) check_text(content, row.called, row.format);
   return row.read(content, cancel, rule);
 }
 

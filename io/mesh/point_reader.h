@@ -32,6 +32,9 @@ struct PointCloud {
 // in
 //   either byte order, C or Fortran order, versions 1 to 3 of the format. An array of more columns than rows
 //   is refused from 7 columns on: it is transposed.
+// * .npz: a zip archive of such arrays, packed or not. `points` is read as .npy, or the only array; `normals`
+//   of shape (n, 3) and `density` of shape (n,) beside it. Where `frame` is `stored`, as `meander export`
+//   writes it, the coordinates are loc + scale * points.
 // Text of points, more exactly:
 // * Numbers are separated by blanks and tabs, or by single commas with or without blanks around them. Commas
 //   and blanks that both separate numbers of one line are refused: the comma may be a decimal mark.

@@ -214,6 +214,7 @@ void run_mtl(std::string_view bytes) {
 void run_points(std::string_view bytes) { run_point_file(bytes, "a.xyz"); }
 
 void run_npy(std::string_view bytes) { run_point_file(bytes, "a.npy"); }
+void run_npz(std::string_view bytes) { run_point_file(bytes, "a.npz"); }
 
 void run_tensor(std::string_view bytes) {
   const std::filesystem::path path = scratch_file("tensors.txt", bytes);

@@ -207,6 +207,17 @@ std::vector<std::string> tar_seeds() {
           tar_bytes(odd, LongNames::ustar), tar_bytes({})};
 }
 
+std::vector<std::string> npz_seeds() {
+  const std::vector<std::string> arrays = npy_seeds();
+  const std::uint64_t three = 3;
+  const std::string loc = npy_header("<f8", std::array{three}) + std::string(3 * sizeof(double), '\0'),
+                    scale = npy_header("<f8", {}) + std::string(sizeof(double), '\1'),
+                    frame = npy_header("<U6", {}) + "s\0\0\0t\0\0\0o\0\0\0r\0\0\0e\0\0\0d\0\0\0"s;
+  return {zip_bytes({entry("points.npy", arrays[0]), entry("normals.npy", arrays[0]),
+                     entry("frame.npy", frame), entry("loc.npy", loc), entry("scale.npy", scale)}),
+          zip_bytes({entry("arr_0.npy", arrays[1])})};
+}
+
 std::vector<std::string> gz_seeds() {
   const std::string mesh = mesh_bytes(mesh_with_attributes(), MeshFile::off);
   return {gzip_bytes(mesh),
@@ -422,6 +433,7 @@ std::vector<std::string> seeds_of(std::string_view target) {
   if (target == "mtl") return mtl_seeds();
   if (target == "points") return point_seeds();
   if (target == "npy") return npy_seeds();
+  if (target == "npz") return npz_seeds();
   if (target == "tensor") return {"# t\n1 0 0 1 0 1\n2 0 0 2 0 nan # c\n\n1 2 3 4 5 6\r\n", "1 0 0\n0 1 0"};
   if (target == "zip") return zip_seeds();
   if (target == "tar") return tar_seeds();

@@ -39,6 +39,7 @@ void run_gltf(std::string_view bytes);
 void run_mtl(std::string_view bytes);
 void run_points(std::string_view bytes);
 void run_npy(std::string_view bytes);
+void run_npz(std::string_view bytes);
 void run_tensor(std::string_view bytes);
 void run_zip(std::string_view bytes);
 void run_tar(std::string_view bytes);

@@ -7,6 +7,7 @@
 
 #include "io/point_files.h"
 #include "io/reading.h"
+#include "support/archive_files.h"
 #include "support/mesh_files.h"
 
 using namespace meander;
@@ -507,12 +508,76 @@ TEST_CASE("read_points: errors in NumPy arrays say what is wrong") {
   for (const auto& [content, expected] : cases) CHECK(result("a.npy", content) == expected);
 }
 
+namespace {
+
+std::string array(const std::string& type, const std::string& shape, const std::string& data) {
+  return npy(npy_dictionary(type, shape), data);
+}
+
+std::string npz(const std::vector<std::pair<std::string, std::string>>& arrays, bool deflate) {
+  std::vector<ArchiveEntry> entries;
+  for (const auto& [name, content] : arrays) {
+    ArchiveEntry& entry = entries.emplace_back();
+    entry.name = name;
+    entry.content = content;
+    entry.deflate = deflate;
+  }
+  return zip_bytes(entries);
+}
+
+}  // namespace
+
+TEST_CASE("read_points: archives of NumPy arrays, packed or not, with normals, density and frame") {
+  const std::string places = array("<f4", "(2, 3)", reals<float>({1, 2, 3, 4, 5, 6}, false)),
+                    normals = array(">f8", "(2, 3)", reals<double>({0, 0, 1, 0, 1, 0}, true)),
+                    density = array("<f4", "(2,)", reals<float>({1, 3}, false)),
+                    loc = array("<f8", "(3,)", reals<double>({10, 20, 30}, false)),
+                    scale = array("<f8", "()", reals<double>({2}, false)),
+                    stored =
+                        array("<U6", "()", std::string("s\0\0\0t\0\0\0o\0\0\0r\0\0\0e\0\0\0d\0\0\0", 24)),
+                    file = array("<U4", "()", std::string("f\0\0\0i\0\0\0l\0\0\0e\0\0\0", 16));
+  for (const bool deflate : {false, true}) {
+    const PointCloud all = points("a.npz", npz({{"rgb.npy", array("|u1", "(2, 3)", "abcdef")},
+                                                {"points.npy", places},
+                                                {"normals.npy", normals},
+                                                {"density.npy", density},
+                                                {"frame.npy", stored},
+                                                {"loc.npy", loc},
+                                                {"scale.npy", scale}},
+                                               deflate));
+    CHECK(all.x == Values{12, 18});
+    CHECK(all.y == Values{24, 30});
+    CHECK(all.z == Values{36, 42});
+    CHECK(all.normals == std::vector<float>{0, 0, 1, 0, 1, 0});
+    CHECK(all.density == Values{1, 3});
+    const PointCloud placed = points(
+        "a.npz",
+        npz({{"points.npy", places}, {"frame.npy", file}, {"loc.npy", loc}, {"scale.npy", scale}}, deflate));
+    CHECK(placed.x == Values{1, 4});
+    CHECK(placed.normals.empty());
+    CHECK(points("a.npz", npz({{"arr_0.npy", places}}, deflate)).y == Values{2, 5});
+  }
+  const std::vector<std::pair<std::string, std::string>> cases = {
+      {"1 2 3\n", "unreadable: the file does not begin as .npz files, which are zip archives, do"},
+      {npz({{"a.txt", places}}, true), "unsupported_format: the archive holds no array"},
+      {npz({{"pos.npy", places}, {"neg.npy", places}}, true),
+       "unsupported_format: the archive holds several arrays and none is called `points`: `pos`, `neg`"},
+      {npz({{"points.npy", places}, {"normals.npy", array("<f4", "(1, 3)", reals<float>({0, 0, 1}, false))}},
+           true),
+       "unsupported_format: the array `normals`: its shape is not that of the points"},
+      {npz({{"points.npy", places}, {"density.npy", array("<f4", "(2,)", reals<float>({1}, false))}}, true),
+       "unreadable: the array `density`: its values are not as many as its header promises"},
+      {npz({{"points.npy", places}, {"frame.npy", stored}}, true),
+       "unreadable: the points are in the frame `stored`, without `loc` and `scale`"}};
+  for (const auto& [content, expected] : cases) CHECK(result("a.npz", content) == expected);
+}
+
 TEST_CASE("read_points: other kinds of files and missing files are refused") {
   const ScratchFolder folder;
   CHECK(result("a.las", "x") ==
-        "unsupported_format: the extension `.las` is none of .ply .off .xyz .txt .csv .pts .npy");
+        "unsupported_format: the extension `.las` is none of .ply .off .xyz .txt .csv .pts .npy .npz");
   CHECK(result("points", "1 2 3\n") ==
-        "unsupported_format: a name without extension is none of .ply .off .xyz .txt .csv .pts .npy");
+        "unsupported_format: a name without extension is none of .ply .off .xyz .txt .csv .pts .npy .npz");
   CHECK(result("a.off", ply("ascii", three_vertices, three_rows)) ==
         "unreadable: by its name this is an OFF file, by its content it is a PLY file");
   CHECK_THROWS_WITH(read_points(folder / "absent.ply"),
@@ -532,10 +597,13 @@ TEST_CASE("read_points: every truncation and every changed byte gives points or 
       "NOFF\n3 0 0\n0 1 2 1 0 0\n3 4 5 1 0 0\n6 7 8 1 0 0\n",
       std::string("OFF BINARY\n\0\0\0\1\0\0\0\0\0\0\0\0", 23) + std::string(12, '\0'),
       "x,y,z,nx,ny,nz\n0,1,2,0,0,1\n3, 4, 5, 1.#INF, 0, 0\n",
-      npy(npy_dictionary(">f4", "(3, 2)", true), std::string(24, '\0'))};
-  const char* const names[] = {"a.ply", "a.ply", "a.off", "a.off", "a.csv", "a.npy"};
+      npy(npy_dictionary(">f4", "(3, 2)", true), std::string(24, '\0')),
+      npz({{"points.npy", array("<f4", "(1, 3)", std::string(12, '\0'))},
+           {"normals.npy", array("<f4", "(1, 3)", std::string(12, '\0'))}},
+          true)};
+  const char* const names[] = {"a.ply", "a.ply", "a.off", "a.off", "a.csv", "a.npy", "a.npz"};
   std::size_t read = 0, refused = 0;
-  for (std::size_t f = 0; f < 6; ++f) {
+  for (std::size_t f = 0; f < std::size(contents); ++f) {
     const auto attempt = [&](std::string_view content) {
       try {
         const PointCloud cloud = points(names[f], content);
