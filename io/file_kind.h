@@ -39,6 +39,25 @@ constexpr FileKind mesh_kind(MeshFormat format) {
 }
 constexpr bool is_mesh(FileKind kind) { return kind >= FileKind::mesh; }
 
+// The endings of names, of what has one that says so; the first of a kind is that of files that are written.
+// Meshes have theirs in the table of formats, stores have any.
+struct KindEnding {
+  FileKind kind;
+  std::string_view ending;
+};
+inline constexpr KindEnding kind_endings[] = {
+    {FileKind::ply_points, ".ply"}, {FileKind::off_points, ".off"}, {FileKind::xyz, ".xyz"},
+    {FileKind::zip, ".npz"},        {FileKind::zip, ".zip"},        {FileKind::tar, ".tar"},
+    {FileKind::csv, ".csv"},        {FileKind::fbin, ".fbin"},      {FileKind::npy, ".npy"},
+    {FileKind::png, ".png"},        {FileKind::svg, ".svg"},        {FileKind::html, ".html"},
+    {FileKind::json, ".json"}};
+// Empty where the kind has none.
+constexpr std::string_view ending_of(FileKind kind) {
+  for (const KindEnding& row : kind_endings)
+    if (row.kind == kind) return row.ending;
+  return {};
+}
+
 // What files of scores begin with.
 inline constexpr std::string_view scores_magic = "meander scores 1\n";
 

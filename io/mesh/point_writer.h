@@ -5,11 +5,24 @@
 #include <functional>
 #include <string_view>
 
+#include "io/file_kind.h"
 #include "kernels/data/samples.h"
 
 namespace meander {
 
 enum class PointFormat : std::uint8_t { ply, off, xyz };
+inline constexpr PointFormat point_formats[] = {PointFormat::ply, PointFormat::off, PointFormat::xyz};
+constexpr FileKind kind_of(PointFormat format) {
+  switch (format) {
+    case PointFormat::ply:
+      return FileKind::ply_points;
+    case PointFormat::off:
+      return FileKind::off_points;
+    case PointFormat::xyz:
+      break;
+  }
+  return FileKind::xyz;
+}
 
 // PLY: binary little-endian with x y z nx ny nz, face (u v for parametric surfaces), density and, where
 // there are colors, red green blue; OFF:

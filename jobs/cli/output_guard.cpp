@@ -23,6 +23,7 @@
 #include "io/mesh/mesh_format.h"
 #include "io/parameters_text.h"
 #include "io/store/run_plan.h"
+#include "io/word_list.h"
 #include "jobs/cli/usage_error.h"
 
 namespace meander {
@@ -178,13 +179,13 @@ namespace {
 
 // A store under the name of another kind of file would be taken for one.
 void check_store_name(const fs::path& store) {
-  constexpr std::string_view others[] = {".npz", ".npy", ".xyz", ".csv", ".png", ".html", ".json", ".zip"};
-  const std::string extension = store.extension().string();
+  const std::string extension = lower_ascii(store.extension().string());
   MeshFormat format;
   std::error_code none;
   if (!fs::exists(store, none) &&
       (mesh_format_of(store, format) ||
-       std::find(std::begin(others), std::end(others), extension) != std::end(others)))
+       std::any_of(std::begin(kind_endings), std::end(kind_endings),
+                   [&](const KindEnding& other) { return other.ending == extension; })))
     throw UsageError(
         fmt::format("-o: `{}` has the extension of another kind of file: a store is an HDF5 file, as x.h5; "
                     "`meander export x.h5 -o x.ply` writes points, `meander remesh` meshes",

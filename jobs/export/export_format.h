@@ -21,18 +21,25 @@ struct ExportFormat {
   FileKind kind;            // of the files that it may replace
   std::string_view ending;  // of the file of one item or table; empty: several files, or any name
   PointFormat points = PointFormat::ply;
+
+  constexpr ExportFormat(std::string_view name, ExportContent what, FileKind of, bool one_file = true)
+      : word(name), content(what), kind(of), ending(one_file ? ending_of(of) : std::string_view()) {}
+  constexpr ExportFormat(std::string_view name, ExportContent what, PointFormat format)
+      : ExportFormat(name, what, kind_of(format)) {
+    points = format;
+  }
 };
 
 inline constexpr std::array<ExportFormat, 9> export_formats = {
-    {{"ply", ExportContent::points, FileKind::ply_points, ".ply", PointFormat::ply},
-     {"off", ExportContent::points, FileKind::off_points, ".off", PointFormat::off},
-     {"xyz", ExportContent::points, FileKind::xyz, ".xyz", PointFormat::xyz},
-     {"npz", ExportContent::arrays, FileKind::zip, ".npz"},
-     {"webdataset", ExportContent::arrays, FileKind::tar, {}},
-     {"csv", ExportContent::descriptors, FileKind::csv, ".csv"},
-     {"fbin", ExportContent::descriptors, FileKind::fbin, ".fbin"},
-     {"npy", ExportContent::descriptors, FileKind::npy, ".npy"},
-     {"ann-hdf5", ExportContent::descriptors, FileKind::hdf5, {}}}};
+    {{"ply", ExportContent::points, PointFormat::ply},
+     {"off", ExportContent::points, PointFormat::off},
+     {"xyz", ExportContent::points, PointFormat::xyz},
+     {"npz", ExportContent::arrays, FileKind::zip},
+     {"webdataset", ExportContent::arrays, FileKind::tar, false},
+     {"csv", ExportContent::descriptors, FileKind::csv},
+     {"fbin", ExportContent::descriptors, FileKind::fbin},
+     {"npy", ExportContent::descriptors, FileKind::npy},
+     {"ann-hdf5", ExportContent::descriptors, FileKind::hdf5}}};
 
 // The row of a word of the table.
 inline const ExportFormat& export_format(std::string_view word) {
