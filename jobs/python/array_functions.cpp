@@ -8,6 +8,9 @@
 #include <utility>
 #include <vector>
 
+#include "io/file/atomic_file.h"
+#include "io/mesh/point_writer.h"
+#include "io/word_list.h"
 #include "jobs/cli/option_words.h"
 #include "jobs/cli/usage_error.h"
 #include "jobs/python/sample_options.h"
@@ -115,11 +118,60 @@ LaboratoryResult remesh(const LaboratoryArguments& given) {
   return result;
 }
 
+// ---- files
+
+// The format of a file of this name.
+PointFormat point_format_of(const std::filesystem::path& path) {
+  const std::string ending = lower_ascii(path.extension().string());
+  std::vector<std::string_view> endings;
+  for (const PointFormat format : point_formats) {
+    endings.push_back(ending_of(kind_of(format)));
+    if (endings.back() == ending) return format;
+  }
+  throw UsageError(fmt::format("`{}` ends in none of {}", path.string(), word_list(endings)));
+}
+
+// Takes path (a text in bytes), frame (4,), loc and scale, and the columns of samples by the names of their
+// arrays, `points` among them. Writes the file.
+LaboratoryResult write_point_file(const LaboratoryArguments& given) {
+  const std::span<const std::uint8_t> name = given.bytes("path");
+  const std::filesystem::path path(std::string(name.begin(), name.end()));
+  const PointFormat format = point_format_of(path);
+  Samples samples;
+  for (const SampleColumn& column : sample_columns)
+    with_array(column, samples, [&]<class Value>(std::vector<Value>& values) {
+      const std::string array = column.array_name();
+      if (!given.has(array)) return;
+      std::span<const Value> all;
+      if constexpr (std::is_same_v<Value, float>)
+        all = given.floats(array, column.values_each());
+      else if constexpr (std::is_same_v<Value, std::uint8_t>)
+        all = given.bytes(array, column.values_each());
+      else
+        all = given.numbers(array, column.values_each());
+      values.assign(all.begin(), all.end());
+      if (values.size() != samples.count() * column.values_each())
+        throw UsageError(fmt::format("{} has {} rows for {} points", array,
+                                     values.size() / column.values_each(), samples.count()));
+    });
+  if (format == PointFormat::xyz && samples.normals.empty())
+    throw UsageError("an .xyz file has a normal at each point: give normals, or write .ply or .off");
+  const std::span<const double> frame = given.reals("frame");
+  ItemReport report;
+  report.loc = {frame[0], frame[1], frame[2]};
+  report.scale = frame[3];
+  AtomicFile file(path);
+  write_points([&](std::string_view data) { file.append(data); }, format, samples, report);
+  file.commit();
+  return {};
+}
+
 struct ArrayFunction {
   std::string_view name;
   LaboratoryResult (*call)(const LaboratoryArguments&);
 };
-constexpr ArrayFunction functions[] = {{"nearest_rows", nearest_rows}, {"remesh", remesh}};
+constexpr ArrayFunction functions[] = {
+    {"nearest_rows", nearest_rows}, {"remesh", remesh}, {"write_points", write_point_file}};
 
 }  // namespace
 

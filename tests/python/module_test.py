@@ -227,6 +227,37 @@ class SameAsTheProgram(WithMeshes):
         content = hashlib.sha256(file.read_bytes()).digest()
         self.assert_row(meander.sample(vertices, faces, content=content), store)
 
+    def test_points_are_written_as_the_program_exports_them(self):
+        vertices, faces = bumpy_sphere()
+        write_off(self.path / "sphere.off", vertices, faces)
+        store = run_program(self.path, "run", self.path / "sphere.off", "-n", 200, "--colors", "--normalize", "unit-box")
+        samples = meander.sample_file(self.path / "sphere.off", 200, colors=True, normalize="unit-box")
+        for ending in ("ply", "off", "xyz"):
+            exported, written = self.path / ("exported." + ending), self.path / ("written." + ending.upper())
+            subprocess.run([PROGRAM, "export", store, "-o", exported, "--fresh"], check=True, capture_output=True)
+            meander.write_points(written, samples)
+            self.assertEqual(exported.read_bytes(), written.read_bytes(), ending)
+        # Any points, far from the origin, with colors of their own.
+        meander.write_points(self.path / "far.ply", samples.coordinates() + 1e7, colors=numpy.eye(200, 3, dtype="u1"))
+        content = (self.path / "far.ply").read_bytes()
+        rows = numpy.frombuffer(content[content.index(b"end_header\n") + 11:],
+                                [("places", "<f8", 3), ("rgb", "u1", 3)])
+        self.assertLess(abs(rows["places"] - 1e7 - samples.coordinates()).max(), 1e-6)
+        self.assertEqual(rows["rgb"].tolist(), numpy.eye(200, 3, dtype="u1").tolist())
+        before = (self.path / "far.ply").read_bytes()
+        for arguments, keywords, message in (
+                (("far.obj", samples), {}, "ends in none of .ply, .off, .xyz"),
+                (("far.ply", numpy.zeros((0, 3))), {}, "points must be one or more"),
+                (("far.ply", numpy.full((2, 3), numpy.inf)), {}, "finite"),
+                (("far.ply", samples), {"normals": numpy.zeros((3, 3))}, "normals has 3 rows for 200 points"),
+                (("far.ply", samples), {"colors": numpy.zeros((3, 3))}, "colors has 3 rows for 200"),
+                (("far.xyz", samples.points), {}, "an .xyz file has a normal at each point")):
+            with self.assertRaisesRegex(ValueError, message):
+                meander.write_points(self.path / arguments[0], *arguments[1:], **keywords)
+        self.assertEqual((self.path / "far.ply").read_bytes(), before)
+        with self.assertRaises(OSError):
+            meander.write_points(self.path / "missing/far.ply", samples)
+
     def test_measure_boxes_equals_the_program(self):
         vertices, faces = bumpy_sphere()
         write_off(self.path / "sphere.off", vertices, faces)

@@ -30,7 +30,7 @@ from .store import Store, StoreDataset, open_store
 
 __all__ = ["BoxError", "Mesh", "Neighbors", "RemeshedMesh", "RunResult", "RunStopped", "Samples", "SamplingError", "Store",
            "StoreDataset", "content_of", "describe", "descriptor_names", "knn", "measure", "measure_boxes", "open_store",
-           "read_mesh", "remesh", "run", "sample", "sample_file", "sample_many", "surface", "surface_names"]
+           "read_mesh", "remesh", "run", "sample", "sample_file", "sample_many", "surface", "surface_names", "write_points"]
 
 BoxError, Mesh = _core.BoxError, _core.Mesh
 for _class in (BoxError, Mesh, Neighbors, SamplingError, RunResult, RunStopped):
@@ -673,6 +673,56 @@ def surface(shape, n=2048, *, tolerance=1e-3, content=None, threads=0, timeout=N
     if content is not None:
         raise ValueError("content is for functions: a named surface has its own")
     return _samples(_core.sample_named_surface(os.fspath(shape), tolerance, threads, timeout, **options))
+
+
+def write_points(path, points, *, normals=None, colors=None):
+    """Writes points as a file that other programs show: .ply, .off or .xyz by its ending, as `meander export` writes it.
+
+    points: Samples, with what PLY has a place for (normals, colors, face_index, density), in the coordinates of the mesh; or
+        (n, 3) real numbers, which are kept to a float32 of their distance from the middle of their box.
+    normals: (n, 3); colors: (n, 3) uint8, or real numbers from 0 to 1. Both in place of those of Samples.
+
+    A file of this name is replaced, once the new one is whole. An .off file has the positions alone, an .xyz file normals too,
+    which it needs. Raises ValueError for another ending and for arrays that do not fit, OSError where it cannot be written.
+
+        >>> square = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
+        >>> samples = meander.sample(square, [[0, 1, 2, 3]], n=64)
+        >>> meander.write_points("square.ply", samples, colors=numpy.abs(samples.points))
+        >>> print(open("square.ply", "rb").read().split(b"end_header")[0].decode())
+        ply
+        format binary_little_endian 1.0
+        comment frame file
+        element vertex 64
+        property double x
+        property double y
+        property double z
+        property float nx
+        property float ny
+        property float nz
+        property uint face
+        property float density
+        property uchar red
+        property uchar green
+        property uchar blue
+        <BLANKLINE>
+    """
+    if isinstance(points, Samples):
+        arrays = {row["array"]: getattr(points, row["array"]) for row in _core.columns()}
+        arrays = {name: values for name, values in arrays.items() if values is not None}
+        frame = [*points.loc, points.scale]
+    else:
+        places = _core._reals(points, "points", 3)
+        if len(places) == 0 or not numpy.isfinite(places).all():
+            raise ValueError("points must be one or more, and finite")
+        middle = (places.min(axis=0) + places.max(axis=0)) / 2
+        arrays, frame = {"points": places - middle}, [*middle, 1]
+    if normals is not None:
+        arrays["normals"] = _core._reals(normals, "normals", 3)
+    if colors is not None:
+        n = len(arrays["points"])
+        rgb, _ = _colors(colors, range(n), (), "vertices")
+        arrays["rgb"] = numpy.round(255 * rgb)
+    _core.write_points(path, frame, arrays)
 
 
 def surface_names():

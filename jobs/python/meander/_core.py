@@ -563,6 +563,15 @@ def call_function(function, arrays, options, subject=None):
                                                   subject))
 
 
+def write_points(path, frame, samples):
+    """samples: arrays by the names of their columns, `points` among them."""
+    types = {row["array"]: numpy.dtype(row["type"]) for row in columns()}
+    arrays = {name: numpy.ascontiguousarray(values, types[name]) for name, values in samples.items()}
+    arrays["frame"] = numpy.asarray(frame, numpy.float64)
+    arrays["path"] = numpy.frombuffer(_path(path), numpy.uint8)
+    call_function("write_points", arrays, {})
+
+
 def remesh(mesh, content, sample, lines, threads, timeout):
     threads, timeout = _limits(threads, timeout)
     arrays = {"content": numpy.frombuffer(_digest(content), numpy.uint8)}
