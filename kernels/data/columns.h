@@ -63,6 +63,7 @@ struct SampleColumn {
   // The option that asks for the column, without `--` (stores record it as a parameter), its help, and what
   // the note on models without values calls them; empty for columns without an option.
   std::string_view option = {}, help = {}, title = {};
+  bool common = false;  // the short help shows the option
 
   constexpr bool is_asked_for() const { return !option.empty(); }
   constexpr bool is_optional() const { return values == Values::optional; }
@@ -107,7 +108,7 @@ inline constexpr auto sample_columns = [] {
        "anisotropic samples only: wanted spacings along and across the direction", H::tensors, V::positive},
       {"rgb", &S::rgb, 3, "1 / 255", "with --colors only: red, green and blue as displayed (sRGB)", H::taken,
        V::any, "red green blue", "", "", 0, "colors",
-       "Take over the colors of the models (/rgb): of vertices, faces, materials or textures"},
+       "Take over the colors of the models (/rgb): of vertices, faces, materials or textures", "", true},
       {"texcoord", &S::texcoord, 2, "1",
        "with --texcoord only: texture coordinates as the file has them, NaN where there are none", H::taken,
        V::optional, "", "", "", 0, "texcoord", "Take over the texture coordinates of the models (/texcoord)",

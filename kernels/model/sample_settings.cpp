@@ -207,7 +207,7 @@ void add_columns(SampleSettings& list, Having having) {
     auto& setting = list.flag(
         word, "--" + word, [c](auto& p) -> auto& { return p.columns[c]; }, std::string(column.help));
     setting.in_python(word).only_recorded([c](const P& p) { return p.columns[c]; });
-    if (word == "colors") setting.common();  // asked for far more often than the others
+    if (column.common) setting.common();
   }
 }
 
