@@ -39,12 +39,7 @@ Vector3 axis_of(const std::string& name) {
 }
 
 Vector3 view_of(const std::string& text, const std::string& up) {
-  // The default view turns with the axis, so that the eye is in front, to the right and above for each.
-  const auto [right, above, front] = default_view;
-  Vector3 view = up == "y"   ? default_view
-                 : up == "z" ? Vector3{right, -front, above}
-                             : Vector3{above, right, front};
-  if (!text.empty()) view = parse_direction("--view", text);
+  const Vector3 view = text.empty() ? default_view_of(up.front()) : parse_direction("--view", text);
   if (!(norm(cross(view, axis_of(up))) > 1e-6 * norm(view)))
     throw UsageError("--view must not lie along the axis of --up, nor be 0,0,0");
   return view;

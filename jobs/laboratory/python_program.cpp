@@ -13,6 +13,7 @@
 #include <system_error>
 
 #include "io/file/file_descriptor.h"
+#include "io/plot/color.h"
 #include "jobs/cli/usage_error.h"
 #include "meander_python_place.h"
 
@@ -67,6 +68,17 @@ std::string interpreter() {
   return fs::exists(python_interpreter) ? python_interpreter : "python3";
 }
 
+// "#0072b2,#d55e00,...", as many as are distinct.
+std::string palette_text() {
+  constexpr std::size_t colors = 200;
+  std::string text;
+  for (std::size_t i = 0; i < colors; ++i) {
+    const auto [red, green, blue] = palette_color(i);
+    text += fmt::format("{}#{:02x}{:02x}{:02x}", i == 0 ? "" : ",", red, green, blue);
+  }
+  return text;
+}
+
 std::vector<char*> pointers_to(std::vector<std::string>& words) {
   std::vector<char*> pointers;
   for (std::string& word : words) pointers.push_back(word.data());
@@ -93,8 +105,8 @@ void become_figures_program(const std::vector<std::string>& arguments) {
 
 std::string draw_plot(std::string_view json) {
   const MemoryFile input(json), output(""), errors("");
-  std::vector<std::string> words = {interpreter(),
-                                    (package_folder() / "meander" / "figures" / "plots.py").string()};
+  std::vector<std::string> words = {
+      interpreter(), (package_folder() / "meander" / "figures" / "plots.py").string(), palette_text()};
   const std::vector<char*> pointers = pointers_to(words);
   const pid_t child = fork();
   if (child < 0) throw std::system_error(errno, std::generic_category(), "cannot start a child process");

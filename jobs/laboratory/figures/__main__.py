@@ -5,10 +5,14 @@ import sys
 import time
 
 from .. import SamplingError, __version__, laboratory
-from . import registry
-from .claims import CAPTIONS
-from .figure_set import FigureSet
-from .models import chosen_models
+
+if __name__ == "__main__":
+    laboratory.require()  # before the figures take their colors from it
+
+from . import registry  # noqa: E402
+from .claims import CAPTIONS  # noqa: E402
+from .figure_set import FigureSet  # noqa: E402
+from .models import chosen_models  # noqa: E402
 
 
 def numbers(count):
@@ -94,5 +98,4 @@ def main():
 
 
 if __name__ == "__main__":
-    laboratory.require()
     sys.exit(main())

@@ -13,7 +13,7 @@ import zlib
 
 import numpy
 
-from .. import SamplingError
+from .. import SamplingError, laboratory
 from . import look
 
 STYLE = """
@@ -72,8 +72,7 @@ class FigureSet:
     def __init__(self, options, models):
         self.quick, self.seed, self.models, self.points = options.quick, options.seed, models, options.points
         self.up = numpy.eye(3)["xyz".index(options.up)]
-        # As the default of `render --view`: in front, to the right and above.
-        self.view = numpy.array(options.view or {"x": (0.42, 0.55, 1), "y": (0.55, 0.42, 1), "z": (0.55, -1, 0.42)}[options.up])
+        self.view = numpy.array(options.view or laboratory.default_view(up=options.up).view)
         self.view_given = options.view is not None
         self.size = options.size or (280 if self.quick else 800)
         self.folder = options.output

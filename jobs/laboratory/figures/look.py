@@ -4,9 +4,7 @@ import io
 
 import numpy
 
-# As palette_color of io/plot/color.h: Okabe and Ito (2008) without yellow, then indigo, wine and brown. Readers with protanopia
-# and deuteranopia tell them apart.
-PALETTE = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000", "#332288", "#882255", "#8c510a"]
+_COLORS, PALETTE = [], []  # of io/plot/color.h, told to use_colors: all, and those that all readers can tell apart
 MARKERS = "os^Dv<>pXP"
 NEUTRAL = "#6e6e6e"
 DOT = (196, 62, 28)
@@ -14,10 +12,13 @@ SKIN = (232, 196, 158)
 
 
 def color(number):
-    """The color of a curve: those of the palette, then hues in steps of the golden angle in three lightnesses."""
-    if number < len(PALETTE):
-        return PALETTE[number]
-    return _pyplot().matplotlib.colors.hsv_to_rgb((number * 0.381966 % 1, 0.75, (0.75, 0.95, 0.5)[number % 3]))
+    """The color of a curve: those of the palette, then further ones that are harder to tell apart."""
+    return _COLORS[number % len(_COLORS)]
+
+
+def use_colors(colors):
+    """The first colors of the palette, as "#0072b2". Called once, before anything is drawn."""
+    _COLORS[:], PALETTE[:] = colors, colors[:len(MARKERS)]
 
 
 @functools.lru_cache

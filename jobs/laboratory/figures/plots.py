@@ -4,7 +4,7 @@
 {"kind": "matrix", "title", "x", "y", "rows", "columns", "values": shares row by row, "format"}
 {"kind": "map", "title", "x", "y", "side", "extent": half of the width, "upper": white, "values" row by row, "format"}
 
-format: svg or png. Ends with 3 where matplotlib is missing. A program of its own, which imports nothing of the package: it
+format: svg or png. The only argument is the palette, "#0072b2,#d55e00,...". Ends with 3 where matplotlib is missing. A program of its own, which imports nothing of the package: it
 also runs where the library of the package cannot be loaded.
 """
 import io
@@ -73,6 +73,7 @@ def gray(plot):
 
 
 def main():
+    look.use_colors(sys.argv[1].split(","))
     plot = json.load(sys.stdin)
     figure = {"curves": curves, "matrix": matrix, "map": gray}[plot["kind"]](plot)
     file = io.BytesIO()

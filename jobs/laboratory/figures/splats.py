@@ -148,7 +148,7 @@ def draw_11(figures):
 
 # ---- figure 17
 
-WHITE_VIEWS = [(0.55, 0.42, 1), (-1, 0.3, 0.2), (0.3, 0.2, -1), (1, 0.5, -0.2), (0.2, 1, 0.3), (-0.3, -0.9, 0.5)]
+WHITE_VIEWS = [tuple(laboratory.default_view(up="y").view), (-1, 0.3, 0.2), (0.3, 0.2, -1), (1, 0.5, -0.2), (0.2, 1, 0.3), (-0.3, -0.9, 0.5)]
 ISOTROPIC, ANISOTROPIC = ["--method", "conformal"], ["--method", "anisotropic"]
 BALANCED = ["--method", "auto"], ANISOTROPIC + ["--curve", "balanced"]
 CLOSED, OPEN, BEYOND = 5, 0.0005, 0.02  # cover, and what splats that close a surface may leave and exceed

@@ -2,7 +2,9 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "io/plot/color.h"
 #include "jobs/laboratory/functions/laboratory_functions.h"
+#include "kernels/render/default_view.h"
 #include "kernels/render/sampled_surface.h"
 
 namespace meander {
@@ -76,7 +78,30 @@ LaboratoryResult picture(const LaboratoryArguments& given) {
   return result;
 }
 
-constexpr LaboratoryFunction functions[] = {{"picture", picture}};
+// Returns view (3,), from a model whose axis `up` (x, y or z) points up towards the eye.
+LaboratoryResult view_by_default(const LaboratoryArguments& given) {
+  const std::string up = given.text("up");
+  if (up != "x" && up != "y" && up != "z") throw std::invalid_argument("up must be x, y or z");
+  const auto [x, y, z] = default_view_of(up.front());
+  LaboratoryResult result;
+  result.add("view", std::vector<double>{x, y, z});
+  return result;
+}
+
+// Returns colors (n, 3), the first n of the palette.
+LaboratoryResult palette(const LaboratoryArguments& given) {
+  std::vector<std::uint8_t> colors;
+  for (std::size_t i = 0; i < given.whole("n"); ++i) {
+    const auto [red, green, blue] = palette_color(i);
+    colors.insert(colors.end(), {red, green, blue});
+  }
+  LaboratoryResult result;
+  result.add("colors", std::move(colors), 3);
+  return result;
+}
+
+constexpr LaboratoryFunction functions[] = {
+    {"picture", picture}, {"default_view", view_by_default}, {"palette", palette}};
 
 }  // namespace
 
