@@ -35,6 +35,7 @@ namespace {
 
 constexpr std::size_t max_pictures = 400;
 constexpr std::uint32_t sampled_strokes = 20000;
+constexpr const char* british_watercolor = "watercolour";
 
 struct StrokesOptions {
   std::vector<std::string> inputs, items, media = {"oil"};
@@ -82,6 +83,10 @@ StrokePictureParameters strokes_look(const StrokesOptions& options) {
 std::vector<StrokeMedium> media_of(const StrokesOptions& options) {
   std::vector<StrokeMedium> media;
   for (const std::string& word : options.media) {
+    if (word == british_watercolor) {
+      media.push_back(StrokeMedium::watercolor);
+      continue;
+    }
     const std::size_t at = position_of(stroke_medium_names, word);
     if (at < stroke_medium_names.size()) {
       media.push_back(static_cast<StrokeMedium>(at));
@@ -334,7 +339,7 @@ void add_look_options(Command& command, StrokesOptions& options) {
                   "Medium to paint with; several, separated by commas, for a sheet")
       .show_default("oil")
       .separator(',')
-      .one_of(media);
+      .one_of(media, {british_watercolor});
   command.add_option("--tones", options.tones, "Ink and pencil: one tone, or three (multi)")
       .show_default()
       .one_of({"one", "multi"});

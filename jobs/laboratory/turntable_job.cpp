@@ -201,34 +201,43 @@ JobFunction add_turntable(Command& render) {
   command.add_option("--item", options->item,
                      "Id or row number of the model (default: the first with samples)");
   command.add_option("--frames", options->frames, "Frames, 1 to 3600").show_default().range(1, 3600);
-  command.add_option("--step", options->step, "Degrees from frame to frame, -180 to 180")
+  command.add_option("--step", options->step, "Degrees that the model turns from frame to frame, -180 to 180")
       .show_default()
       .range(-180.0, 180.0);
-  command.add_option("--from", options->from, "Degrees from the front, of the first frame")
+  command.add_option("--from", options->from, "Angle of the first frame, in degrees from the front")
       .show_default()
       .range(-360.0, 360.0);
-  command.add_option("--elevation", options->elevation, "Degrees of the eye above the horizon, -85 to 85")
+  command
+      .add_option("--elevation", options->elevation,
+                  "Height of the eye, in degrees above the horizon, -85 to 85")
       .show_default()
       .range(-85.0, 85.0);
   command
-      .add_option("--samples", options->samples,
-                  "Samples of a view in which the model looks as large as on average over all (default: as "
-                  "many as keep all samples along the silhouette)")
+      .add_option(
+          "--samples", options->samples,
+          "Samples to draw, on average over all views: a view in which the model looks larger has more "
+          "(default: as many as leave out none along the silhouette)")
       .range(1, 100000000);
-  command.add_flag("--both-sides", options->both_sides,
-                   "Also keep samples that face away, for surfaces whose normals do not point outward");
+  command.add_flag(
+      "--both-sides", options->both_sides,
+      "Also draw samples that face away from the eye: for models whose normals do not all point outward");
   command.add_option("--up", options->up, "The axis of the model that points up, about which it turns")
       .show_default()
       .one_of({"x", "y", "z"});
   add_color_option(command, options->color);
-  command.add_option("--width", options->width, "Pixels, 64 to 4096").show_default().range(64, 4096);
-  command.add_option("--height", options->height, "Pixels, 64 to 4096").show_default().range(64, 4096);
+  command.add_option("--width", options->width, "Width of a frame in pixels, 64 to 4096")
+      .show_default()
+      .range(64, 4096);
+  command.add_option("--height", options->height, "Height of a frame in pixels, 64 to 4096")
+      .show_default()
+      .range(64, 4096);
   command
-      .add_option("--cover", options->sizes.cover,
-                  "Area of a splat over that of the surface which its sample stands for, 0.05 to 16")
+      .add_option(
+          "--cover", options->sizes.cover,
+          "Size of the splats: their area over the area of surface that a sample stands for, 0.05 to 16")
       .show_default()
       .range(0.05, 16.0);
-  command.add_flag("--round", options->sizes.round, "Draw anisotropic samples as discs, too");
+  command.add_flag("--round", options->sizes.round, "Draw discs instead of ellipses for anisotropic samples");
   add_drawing_options(command, options->memory, options->threads);
   add_trust_option(command, options->check);
   command.add_flag("--json", options->json, "What was drawn as JSON on standard output");

@@ -78,7 +78,10 @@ void add_density_settings(SampleSettings& list) {
 void add_place_settings(SampleSettings& list) {
   list.word(
       "locate", "--locate", [](auto& p) -> auto& { return p.locate; }, locate_words,
-      "Point location: Embree rays with sheets, elements alone, the survey's first hit");
+      "How a place along the curve becomes a point of the surface: embree: by a ray, which tells overlapping "
+      "sheets of a chart apart; elements: within the piece of a triangle that the place lies in; first-hit: "
+      "by "
+      "the first triangle that a ray meets (Quinn et al. 2013)");
   list.word(
           "place", "--place", [](auto& p) -> auto& { return p.place; }, place_words,
           "Where samples lie in a curve element (default element; vertex for first-hit)")
@@ -218,9 +221,10 @@ SampleSettings make_value_settings() {
   list.text(
           "attributes", "--attribute", [](const P& p) { return attributes_text(p.attributes); },
           [](P& p, std::string_view text) { return take_attributes(text, p.attributes); },
-          "Take over an attribute of the models (/attributes/NAME), NAME:2, NAME:3 or NAME:4 a vector; of "
-          "vertices interpolated, integers that of the nearest corner (`NAME:class` takes any for such, as "
-          "int32, `NAME:linear` interpolates them), of faces that of the face. Repeat it for several")
+          "Store an attribute of the models as /attributes/NAME; repeat it for several. NAME:2, NAME:3 and "
+          "NAME:4 name vectors. Values of faces are copied. Values of vertices are interpolated if they are "
+          "real numbers; integers are classes, copied from the nearest corner of the triangle. NAME:class "
+          "treats any values as classes (int32), NAME:linear interpolates integers")
       .list()
       .in_python("attributes")
       .only_recorded([](const P& p) { return !p.attributes.empty(); });
@@ -247,7 +251,8 @@ DescribeSettings make_describe_settings() {
   list.word(
           "descriptor_scale", "--descriptor-scale", [](auto& p) -> auto& { return p.scale; }, scale_words,
           "Bins of " + descriptors_with(takes_scale) +
-              " up to 3 x the mean (Osada) or to the largest distance (the survey)")
+              " up to 3 x the mean distance (mean; Osada et al. 2002) or up to the largest distance "
+              "(largest; Quinn et al. 2013)")
       .acting(describes<takes_scale>, only(takes_scale));
   list.number(
           "geodesic_sources", "--geodesic-sources", [](auto& p) -> auto& { return p.geodesic_sources; }, 0,
@@ -283,8 +288,9 @@ SampleSettings make_collection_settings() {
   list.append(describe_settings(), &P::describe);
   list.text(
           "strict", "--strict", [](const P& p) { return words_of(p.strict); }, take_strict,
-          "Fail models with these notes, what a file asks for and does not get, with the status incomplete: "
-          "all, or one or more of " +
+          "Fail models of which something is missing, such as a texture image: they get the status "
+          "incomplete "
+          "instead of a row without it. The notes that count: all, or one or more of " +
               joined_texts(note_names))
       .list()
       .only_recorded([](const P& p) { return p.strict != 0; });

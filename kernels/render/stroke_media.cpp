@@ -34,7 +34,7 @@ StrokeLayer hatching_layer(LayerPurpose purpose, double darkest, double width, d
   return made;
 }
 
-StrokeStyle watercolour() {
+StrokeStyle watercolor() {
   StrokeStyle style;
   style.brush = {.soft = 0.3, .wobble = 0.3, .rim = 0.5, .mottle = 0.35};
   style.paper = PaperKind::cold_press;
@@ -210,8 +210,8 @@ bool has_tones(StrokeMedium medium) { return medium == StrokeMedium::pencil || m
 
 StrokeStyle stroke_style(StrokeMedium medium, bool many_tones) {
   switch (medium) {
-    case StrokeMedium::watercolour:
-      return watercolour();
+    case StrokeMedium::watercolor:
+      return watercolor();
     case StrokeMedium::crayon:
       return crayon();
     case StrokeMedium::pencil:

@@ -8,9 +8,9 @@
 
 namespace meander {
 
-enum class StrokeMedium : std::uint8_t { watercolour, crayon, pencil, ink, acrylic, pastel, oil };
+enum class StrokeMedium : std::uint8_t { watercolor, crayon, pencil, ink, acrylic, pastel, oil };
 inline constexpr std::array<std::string_view, 7> stroke_medium_names = {
-    "watercolour", "crayon", "pencil", "ink", "acrylic", "pastel", "oil"};
+    "watercolor", "crayon", "pencil", "ink", "acrylic", "pastel", "oil"};
 
 enum class StrokePalette : std::uint8_t { terracotta, verdigris, ochre, slate };
 inline constexpr std::array<std::string_view, 4> stroke_palette_names = {"terracotta", "verdigris", "ochre",

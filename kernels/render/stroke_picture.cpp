@@ -20,7 +20,7 @@ namespace {
 StrokePalette palette_of(const StrokePictureParameters& parameters) {
   if (parameters.palette) return *parameters.palette;
   switch (parameters.medium) {
-    case StrokeMedium::watercolour:
+    case StrokeMedium::watercolor:
       return StrokePalette::verdigris;
     case StrokeMedium::crayon:
     case StrokeMedium::acrylic:

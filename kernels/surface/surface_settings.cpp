@@ -73,7 +73,7 @@ SurfaceSettings make_settings() {
       .in_python("order");
   list.word(
       "place", "--place", [](auto& p) -> auto& { return p.place; }, place_words,
-      "Inside a curve element, or the survey's curve vertices");
+      "Where samples lie: anywhere within a curve element, or at its vertex (Quinn et al. 2013)");
   list.number(
           "seed", "--seed", [](auto& p) -> auto& { return p.seed; }, 0, 0, "Seed, 0 to 2^64 - 1")
       .in_python("seed")

@@ -153,7 +153,7 @@ double mean_value(const RgbImage& image) {
 
 TEST_CASE("strokes: run along the primary direction as the picture shows it") {
   for (const TestModel& model : {cylinder(3000), torus(3000)})
-    for (const StrokeMedium medium : {StrokeMedium::oil, StrokeMedium::ink, StrokeMedium::watercolour}) {
+    for (const StrokeMedium medium : {StrokeMedium::oil, StrokeMedium::ink, StrokeMedium::watercolor}) {
       const StrokePictureParameters parameters = look(medium);
       const StrokePlan plan = plan_strokes(model.spans(), parameters);
       const Axes axes = axes_of(parameters);
@@ -269,7 +269,7 @@ TEST_CASE("strokes: only visible samples have them, and they reach beyond the si
 
 TEST_CASE("strokes: surfaces just behind the silhouette are not painted, so lit rims stay free of shadow") {
   const TestModel ring = torus(60000);
-  const StrokePictureParameters parameters = look(StrokeMedium::watercolour, 480);
+  const StrokePictureParameters parameters = look(StrokeMedium::watercolor, 480);
   const StrokePlan plan = plan_strokes(ring.spans(), parameters);
   const Axes axes = axes_of(parameters);
   std::size_t rim = 0;
@@ -284,7 +284,7 @@ TEST_CASE("strokes: surfaces just behind the silhouette are not painted, so lit 
 
 TEST_CASE("strokes: a shadow on bare paper ends before the margin, one on a painted ground need not") {
   const TestModel model = cylinder(1500);
-  for (const StrokeMedium medium : {StrokeMedium::crayon, StrokeMedium::ink, StrokeMedium::watercolour}) {
+  for (const StrokeMedium medium : {StrokeMedium::crayon, StrokeMedium::ink, StrokeMedium::watercolor}) {
     StrokePictureParameters parameters = look(medium, 400);
     parameters.light = {-1, 0.5, 0.3};  // low: the shadow is longer than the picture
     const StrokePlan plan = plan_strokes(model.spans(), parameters);

@@ -5,7 +5,7 @@ from .. import laboratory
 from .models import Model, grid_faces, subjects, view_of
 
 # Title, medium, three tones.
-MEDIA = [("watercolour", "watercolour", False), ("crayon", "crayon", False), ("pencil", "pencil", False),
+MEDIA = [("watercolor", "watercolor", False), ("crayon", "crayon", False), ("pencil", "pencil", False),
          ("pencil, three tones", "pencil", True), ("ink", "ink", False), ("ink, three tones", "ink", True),
          ("acrylic", "acrylic", False), ("pastel", "pastel", False), ("oil", "oil", False)]
 # Directions that vary less than those of the surface: neighboring strokes go together.
