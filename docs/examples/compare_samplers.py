@@ -1,6 +1,6 @@
 """Compares samplers of one surface by the error over boxes, by spacing, and by time.
 
-    python3 compare_samplers.py [N]
+    python3 compare_samplers.py [N [MESH]]
 """
 import sys
 import time
@@ -23,7 +23,7 @@ def bumpy_sphere(rings=60, columns=120):
 
 def random_points(vertices, faces, n, generator=numpy.random.default_rng(1)):
     """Independent uniform points, as trimesh or Open3D draw them."""
-    triangles = numpy.concatenate([faces[:, [0, 1, 2]], faces[:, [0, 2, 3]]])
+    triangles = numpy.concatenate([faces[:, [0, k, k + 1]] for k in range(1, faces.shape[1] - 1)])
     a, b, c = (vertices[triangles[:, k]] for k in range(3))
     areas = numpy.linalg.norm(numpy.cross(b - a, c - a), axis=1)
     chosen = generator.choice(len(triangles), n, p=areas / areas.sum())
@@ -44,6 +44,11 @@ def farthest_points(vertices, faces, n):
 
 n = int(sys.argv[1]) if len(sys.argv) > 1 else 1000
 mesh = bumpy_sphere()
+if len(sys.argv) > 2:
+    given = meander.read_mesh(sys.argv[2])
+    if given.faces is None:
+        sys.exit("%s has faces of different sizes: give a mesh of triangles" % sys.argv[2])
+    mesh = given.vertices, given.faces
 samplers = {"random": random_points, "farthest points": farthest_points,
             "meander": lambda v, f, n: meander.sample(v, f, n).coordinates(),
             "meander, spaced": lambda v, f, n: meander.sample(v, f, n, sequence="spaced").coordinates()}
@@ -51,6 +56,5 @@ print("%-16s %8s %8s %10s %8s" % ("%d points" % n, "boxes", "rho", "coverage", "
 for name, sampler in samplers.items():
     start = time.perf_counter()
     points = sampler(*mesh, n)
-    seconds = time.perf_counter() - start
-    m = meander.measure(points, *mesh)
+    seconds, m = time.perf_counter() - start, meander.measure(points, *mesh)
     print("%-16s %8.3f %8.3f %10.4f %8.1f" % (name, m["boxes"], m["rho"], m["coverage"], 1000 * seconds))

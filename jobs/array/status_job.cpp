@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <ctime>
 #include <filesystem>
 #include <memory>
@@ -132,7 +133,7 @@ void print_status(const std::string& store, const StatusOptions& options, const 
     fmt::print("  next: meander merge {}.run\n", store);
   } else if (const double left = seconds_left(status); left >= 0) {
     const std::size_t tasks = std::max<std::size_t>(1, status.in_work.shards.size());
-    fmt::print("  about {:.0f} s left for {} task{}\n", left, tasks, tasks == 1 ? "" : "s");
+    fmt::print("  about {:.0f} s left for {} task{}\n", std::ceil(left), tasks, tasks == 1 ? "" : "s");
   }
 }
 

@@ -55,6 +55,16 @@ class Programs(unittest.TestCase):
         with meander.open_store(folder / "training/shapes.h5") as store:
             self.assertEqual((len(store.ok), store.splits.count("test")), (60, 20))
 
+    @unittest.skipUnless(HAS_LABORATORY, "skipped: a build without the laboratory")
+    def test_samplers_of_a_mesh_are_compared(self):
+        with tempfile.TemporaryDirectory() as folder:
+            mesh = Path(folder) / "tetrahedron.off"
+            mesh.write_text("OFF\n4 4 0\n1 1 1\n1 -1 -1\n-1 1 -1\n-1 -1 1\n3 0 1 2\n3 0 3 1\n3 0 2 3\n3 1 3 2\n")
+            text, _ = self.run_program("compare_samplers.py", "200", str(mesh))
+        errors = [self.numbers(r"(?m)^%s +NUMBER" % name, text)[0] for name in ("random", "farthest points", "meander")]
+        self.assertLess(errors[2], 0.6 * errors[0])
+        self.assertLess(errors[2], errors[1])
+
     def test_colors_of_glbs_are_those_of_the_files(self):
         text, _ = self.run_program("colors_of_glbs.py", "here")
         for line in ("3 of 3: ok", "blue.glb: from vertex, mean color [0, 0, 255]", "red.glb: from vertex, mean color [255, 0, 0]",

@@ -17,7 +17,7 @@ def _h5py():
     try:
         import h5py
     except ImportError:
-        raise ImportError("stores are read with h5py, which is not installed (Debian: python3-h5py)") from None
+        raise ImportError("stores are read with h5py, which is not installed: `pip install h5py`, or python3-h5py of Debian") from None
     return h5py
 
 
