@@ -49,17 +49,21 @@ ProgressStyle progress_style(const std::string& word) {
 
 std::string progress_line(const ProgressFacts& facts, int width) {
   enum Rank { always, time_left, failures, time_elapsed, points, bytes };  // the last are left out first
+  // Parts are chosen by the room that they take at their longest, so that none comes and goes while they
+  // change.
   struct Part {
     int rank;
     std::string text;
+    std::size_t room = 0;
   };
+  const std::size_t digits = std::to_string(facts.items).size();
   const std::string left = facts.done == facts.items ? "0:00"
                            : facts.left              ? duration_text(std::max(1.0, std::ceil(*facts.left)))
                                                      : "?";
-  const Part parts[] = {{always, fmt::format("{}/{} models", facts.done, facts.items)},
+  const Part parts[] = {{always, fmt::format("{}/{} models", facts.done, facts.items), 2 * digits + 8},
                         {failures, facts.failed == 0 ? "" : fmt::format("{} failed", facts.failed)},
-                        {points, fmt::format("{} points/s", count_text(facts.points_per_second))},
-                        {bytes, fmt::format("{}B/s", count_text(facts.bytes_per_second))},
+                        {points, fmt::format("{} points/s", count_text(facts.points_per_second)), 14},
+                        {bytes, fmt::format("{}B/s", count_text(facts.bytes_per_second)), 8},
                         {time_elapsed, fmt::format("{} elapsed", duration_text(facts.elapsed))},
                         {time_left, fmt::format("{} left", left)}};
   const auto text_up_to = [&](int rank) {
@@ -72,10 +76,16 @@ std::string progress_line(const ProgressFacts& facts, int width) {
     }
     return text;
   };
+  const auto room_up_to = [&](int rank) {
+    std::size_t room = 2;  // of the share: "55%", without the separator of the first part
+    for (const Part& part : parts)
+      if (part.rank <= rank && !part.text.empty()) room += 2 + std::max(part.room, part.text.size());
+    return room;
+  };
   const auto columns = static_cast<std::size_t>(width);
-  constexpr std::size_t least_bar = 8, most_bar = 24, frame = 3;  // brackets and a blank
+  constexpr std::size_t least_bar = 7, most_bar = 24, frame = 3;  // brackets and a blank
   int rank = bytes;
-  while (rank > failures && text_up_to(rank).size() + least_bar + frame > columns) --rank;
+  while (rank > failures && room_up_to(rank) + least_bar + frame > columns) --rank;
   while (rank > always && text_up_to(rank).size() > columns) --rank;
   std::string text = text_up_to(rank);
   if (text.size() + least_bar + frame <= columns) {

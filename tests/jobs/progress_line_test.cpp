@@ -107,6 +107,30 @@ TEST_CASE("progress: a line holds what there is room for, and is never longer") 
       CHECK(progress_line(facts, width).size() <= static_cast<std::size_t>(width));
       if (width >= 60) CHECK(progress_line(facts, width).ends_with(" left"));
     }
+  // What is shown does not change while the numbers do.
+  for (const int width : {60, 79, 119}) {
+    ProgressFacts running;
+    running.items = 421;
+    running.left = 100;
+    const auto commas = [&] {
+      const std::string line = progress_line(running, width);
+      return std::count(line.begin(), line.end(), ',');
+    };
+    running.share = 0.12;
+    running.done = 100;
+    running.points_per_second = 36.2e3;
+    running.bytes_per_second = 4.31e6;
+    const auto shown = commas();
+    for (int done = 1; done < 421; ++done) {
+      running.done = static_cast<std::uint64_t>(done);
+      running.share = done / 421.;
+      running.points_per_second = 20000 + 61.7 * done;
+      running.bytes_per_second = 6e6 - 7123 * done;
+      running.elapsed = done;
+      CAPTURE(width, done);
+      CHECK(commas() == shown);
+    }
+  }
   ProgressFacts unknown = example();
   unknown.left.reset();
   CHECK(progress_line(unknown, 30) == "33% 140/421 models, ? left");
