@@ -160,10 +160,40 @@ std::string option_notes(const OptionDescription& option) {
   return fmt::format("{}", fmt::join(notes, "; "));
 }
 
+namespace {
+
+// A command in lines that a shell takes as one; an option stays with its value.
+std::string command_lines(std::string_view line, std::size_t width) {
+  constexpr std::string_view goes_on = " \\";
+  std::string text = "  ";
+  std::size_t at = text.size();
+  bool is_first = true;
+  while (!line.empty()) {
+    std::size_t end = line.find(' ');
+    if (line.starts_with('-') && end != line.npos && line.substr(end + 1, 1) != "-")
+      end = line.find(' ', end + 1);
+    const std::string_view words = line.substr(0, end);
+    line.remove_prefix(std::min(line.size(), words.size() + 1));
+    if (!is_first && at + 1 + words.size() + (line.empty() ? 0 : goes_on.size()) > width) {
+      text += std::string(goes_on) + "\n    ";
+      at = 4;
+    } else if (!is_first) {
+      text += ' ';
+      ++at;
+    }
+    text += words;
+    at += words.size();
+    is_first = false;
+  }
+  return text + "\n";
+}
+
+}  // namespace
+
 std::string example_text(const CommandDescription& command, int width) {
   std::string text;
   for (const CommandExample& example : command.examples)
-    text += "  " + wrapped(example.line, 2, 4, static_cast<std::size_t>(width)) +
+    text += command_lines(example.line, static_cast<std::size_t>(width)) +
             indented(example.purpose, 6, static_cast<std::size_t>(width));
   return text;
 }

@@ -36,8 +36,9 @@ std::size_t longest_line(const std::string& text) {
   return longest;
 }
 
+// Nor the backslashes at the ends of the lines of commands.
 std::string without_blanks(std::string text) {
-  std::erase_if(text, [](char c) { return c == ' ' || c == '\n'; });
+  std::erase_if(text, [](char c) { return c == ' ' || c == '\n' || c == '\\'; });
   return text;
 }
 
@@ -176,6 +177,19 @@ TEST_CASE("help: the short one has arguments, required options and those that ar
   CHECK_FALSE(contains(whole, "more option"));
   // Without marks all options are shown.
   CHECK(contains(command_help(all.subcommands[1], "example paint", HelpScope::common, 80), "--rare"));
+}
+
+TEST_CASE("help: examples of several lines are one command for a shell, options beside their values") {
+  CommandDescription command;
+  command.name = "draw";
+  command.examples = {
+      {"x draw shapes.txt -o shapes.png --form round --all --size 640", "All shapes as discs"}};
+  CHECK(contains(command_help(command, "x draw", HelpScope::all, 40),
+                 "  x draw shapes.txt -o shapes.png \\\n    --form round --all --size 640\n      All"));
+  CHECK(contains(
+      command_help(command, "x draw", HelpScope::all, 30),
+      "  x draw shapes.txt \\\n    -o shapes.png \\\n    --form round --all \\\n    --size 640\n      All"));
+  CHECK(contains(command_help(command, "x draw", HelpScope::all, 80), "--all --size 640\n"));
 }
 
 TEST_CASE("help: every command begins with examples, and the program accepts each of them") {
