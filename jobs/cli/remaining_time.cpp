@@ -8,9 +8,9 @@ namespace {
 
 constexpr std::size_t items_compared = 41;   // the latest ones, whose median rate is taken
 constexpr std::size_t items_estimated = 12;  // so many have the rate 1 of the estimate before any is done
-constexpr double most_over_median = 2;       // an item counts at most this much more than those
-constexpr double kept = 0.98851;             // of the weight of an item by each later one: half by 60
-constexpr double median_weight = 20;         // as how many items the median counts beside their mean
+constexpr double most_over_median = 2.5;     // an item counts at most this much more than those
+constexpr double kept = 0.9966;              // of the weight of an item by each later one: half by 200
+constexpr double median_weight = 10;         // as how many items the median counts beside their mean
 
 double median_of(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
