@@ -1,5 +1,6 @@
 // meander info shows what a store holds, as a whole or for one item.
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <charconv>
@@ -21,6 +22,7 @@
 #include "jobs/cli/command_line.h"
 #include "jobs/cli/exit_status.h"
 #include "jobs/cli/jobs.h"
+#include "jobs/cli/terminal.h"
 #include "jobs/cli/units.h"
 #include "jobs/cli/usage_error.h"
 #include "jobs/inputs/store_items.h"
@@ -164,11 +166,31 @@ std::string made_by(const StoreReader& store, const DescriptorSchema& descriptor
   return store.tool_version();
 }
 
+// The parameters as one line of JSON, on a terminal broken between its members.
+std::string shown_parameters(const std::string& json) {
+  if (isatty(STDOUT_FILENO) == 0) return json;
+  const auto width = static_cast<std::size_t>(terminal_width(STDOUT_FILENO));
+  std::string text;
+  std::size_t column = std::string_view("parameters ").size();
+  for (std::size_t begin = 0; begin < json.size();) {
+    // A comma before a quotation mark: within texts this is escaped.
+    const std::size_t comma = json.find(",\"", begin), end = comma == json.npos ? json.size() : comma + 1;
+    if (begin > 0 && column + (end - begin) > width) {
+      text += "\n  ";
+      column = 2;
+    }
+    text.append(json, begin, end - begin);
+    column += end - begin;
+    begin = end;
+  }
+  return text;
+}
+
 void show_counts(const StoreReader& store, const StoreSummary& summary) {
   fmt::print("{} x {}, format {}, method version {}, made by meander {}\n", counted(store.rows(), "model"),
              counted(store.samples(), "point"), store.format_version(), store.method_version(),
              store.tool_version());
-  fmt::print("parameters {}\n", store.parameters_json());
+  fmt::print("parameters {}\n", shown_parameters(store.parameters_json()));
   print_counts("", status_names, summary.by_status);
   print_counts("method ", method_names, summary.by_method, 1);
   print_counts("order: ", order_reason_names, summary.by_order_reason, 1);

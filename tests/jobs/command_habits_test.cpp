@@ -2,6 +2,7 @@
 // named.
 #include <unistd.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -9,6 +10,7 @@
 #include "support/catch.h"
 #include "support/meander_program.h"
 #include "support/mesh_files.h"
+#include "support/pseudo_terminal.h"
 #include "support/test_meshes.h"
 
 using namespace meander;
@@ -128,4 +130,31 @@ TEST_CASE("info: without a name it takes the only store of the working folder, a
   const ProcessResult two = folder.inside("work", {"info"});
   CHECK(two.exit_code == 2);
   CHECK(two.err == "meander: STORE is required: there are 2 stores in this folder, such as `one.h5`\n");
+}
+
+TEST_CASE("info: the parameters are one line of JSON, and fit the terminal where there is one") {
+  const Folder folder;
+  REQUIRE(folder.run({"--density", "formula:1 + max(x, y)"}).exit_code == 3);
+  const auto parameters = [](const std::string& out) {
+    const std::size_t begin = out.find("parameters {"), end = out.find("}", begin);
+    REQUIRE(end != std::string::npos);
+    return out.substr(begin, end + 1 - begin);
+  };
+  const std::string whole = parameters(meander_with({"info", folder.path("s.h5")}).out);
+  CHECK_FALSE(contains(whole, "\n"));
+  for (const int width : {60, 80}) {
+    std::string shown =
+        parameters(run_in_terminal({program, "info", folder.path("s.h5")}, width, STDOUT_FILENO).out);
+    CAPTURE(shown);
+    std::size_t longest = 0, lines = 0;
+    for (std::size_t begin = 0; begin < shown.size(); ++lines) {
+      const std::size_t end = std::min(shown.find("\r\n", begin), shown.size());
+      longest = std::max(longest, end - begin);
+      begin = end + 2;
+    }
+    CHECK(lines > 5);
+    CHECK(longest <= static_cast<std::size_t>(width));
+    for (std::size_t at; (at = shown.find("\r\n  ")) != std::string::npos;) shown.erase(at, 4);
+    CHECK(shown == whole);
+  }
 }
