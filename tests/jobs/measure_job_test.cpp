@@ -328,6 +328,27 @@ TEST_CASE("measure: the density of an exported PLY file is used") {
   }
 }
 
+TEST_CASE("measure: points of an exported .npz file are measured as those of the store, in any frame") {
+  const ScratchFolder scratch;
+  const std::string mesh = scratch / "ball.off", store = scratch / "s.h5", points = scratch / "ball.npz";
+  write_mesh(mesh, icosphere(2, 7.5));
+  REQUIRE(
+      run_process({program, "run", mesh, "-o", store, "-n", "300", "--normalize", "pointnet"}).exit_code ==
+      0);
+  for (const char* frame : {"stored", "file"}) {
+    REQUIRE(run_process({program, "export", store, "-o", points, "--frame", frame, "--fresh"}).exit_code ==
+            0);
+    const ProcessResult result =
+        measure({"boxes", points, store, "--surface", mesh, "--csv", scratch / "b.csv"});
+    INFO(result.err);
+    REQUIRE(result.exit_code == 0);
+    const std::vector<double> errors = csv_column(scratch / "b.csv", "error / random");
+    REQUIRE(errors.size() == 2);
+    CHECK(errors[0] == Approx(errors[1]).epsilon(1e-3));
+    CHECK(errors[0] < 0.5);
+  }
+}
+
 TEST_CASE("measure: the surfaces of a store are found as by its run, by ids and in packed files") {
   const ScratchFolder scratch;
   std::filesystem::create_directories(scratch / "in");
