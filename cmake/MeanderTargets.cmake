@@ -71,22 +71,35 @@ function(meander_library name)
   target_link_libraries(meander_${name} PRIVATE $<BUILD_INTERFACE:meander_flags>)
 endfunction()
 
-# meander_group_sources(TARGET...): in a unity build (CMAKE_UNITY_BUILD), up to sixteen sources of one folder are compiled
-# together; the groups of a folder do not change with the sources of others. Sources of one folder must therefore not
-# give two meanings to one name. Every other build compiles each source for itself.
+# meander_group_sources(TARGET...): in a unity build (CMAKE_UNITY_BUILD), up to sixteen sources are compiled together: those
+# of one folder, and those of neighboring folders of a target that have fewer than eight each, since what they all include
+# takes two seconds to read. Sources of one group must not give two meanings to one name. Every other build compiles each
+# source for itself.
 function(meander_group_sources)
   foreach(target ${ARGN})
     get_target_property(sources ${target} SOURCES)
     get_target_property(base ${target} SOURCE_DIR)
     set_target_properties(${target} PROPERTIES UNITY_BUILD_MODE GROUP)
     foreach(source IN LISTS sources)
+      cmake_path(ABSOLUTE_PATH source BASE_DIRECTORY ${base} OUTPUT_VARIABLE path)
+      cmake_path(GET path PARENT_PATH folder)
+      cmake_path(RELATIVE_PATH folder BASE_DIRECTORY ${PROJECT_SOURCE_DIR})
+      string(MAKE_C_IDENTIFIER "${folder}" folder)
+      list(APPEND in_${target}_${folder} ${source})
+    endforeach()
+    foreach(source IN LISTS sources)
       cmake_path(ABSOLUTE_PATH source BASE_DIRECTORY ${base})
       cmake_path(GET source PARENT_PATH folder)
       cmake_path(RELATIVE_PATH folder BASE_DIRECTORY ${PROJECT_SOURCE_DIR})
-      string(MAKE_C_IDENTIFIER "${folder}" folder)
-      math(EXPR count_${folder} "${count_${folder}} + 1")
-      math(EXPR group "(${count_${folder}} - 1) / 16")
-      set_source_files_properties(${source} TARGET_DIRECTORY ${target} PROPERTIES UNITY_GROUP ${folder}_${group})
+      string(MAKE_C_IDENTIFIER "${folder}" identifier)
+      list(LENGTH in_${target}_${identifier} size)
+      if(size LESS 8 AND folder MATCHES "/")
+        cmake_path(GET folder PARENT_PATH folder)
+        string(MAKE_C_IDENTIFIER "${folder}_small" identifier)
+      endif()
+      math(EXPR count_${identifier} "${count_${identifier}} + 1")
+      math(EXPR group "(${count_${identifier}} - 1) / 16")
+      set_source_files_properties(${source} TARGET_DIRECTORY ${target} PROPERTIES UNITY_GROUP ${identifier}_${group})
     endforeach()
   endforeach()
 endfunction()

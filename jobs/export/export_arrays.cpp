@@ -129,7 +129,7 @@ std::string npy_text(std::string_view ascii) {
   return file;
 }
 
-std::string json_of(const StoreReader& store, std::uint64_t number, PointFrame frame, const Row& row) {
+std::string sample_json(const StoreReader& store, std::uint64_t number, PointFrame frame, const Row& row) {
   const ItemReport& report = row.report;
   JsonWriter json;
   json.begin_object();
@@ -301,7 +301,7 @@ bool export_webdataset(const StoreReader& store, const std::vector<std::uint64_t
       members.emplace_back(key + ".cls", std::to_string(label));
     else
       ++unlabeled;
-    members.emplace_back(key + ".json", json_of(store, number, wanted.frame, row));
+    members.emplace_back(key + ".json", sample_json(store, number, wanted.frame, row));
     const Split split = store.split(number);
     files.try_emplace(split, wanted.folder, wanted.stem, split, wanted.most_bytes).first->second.add(members);
   }

@@ -46,7 +46,7 @@ void row_distances(const DescriptorBase& base, const DescriptorBase::Block& bloc
   }
 }
 
-const float* row_of(const DescriptorBase::Block& block, std::size_t row) {
+const float* values_of_row(const DescriptorBase::Block& block, std::size_t row) {
   return block.values.data() + row * block.stride;
 }
 
@@ -88,7 +88,7 @@ double mean_distance(const DescriptorBase& base, const DescriptorBase::Block& bl
   double sum = 0;
   for (const auto& [i, j] : pairs) {
     float distance = 0;
-    row_distances(base, block, row_of(block, i), j, {&distance, 1});
+    row_distances(base, block, values_of_row(block, i), j, {&distance, 1});
     sum += static_cast<double>(distance);
   }
   return sum / static_cast<double>(pairs.size());
@@ -177,13 +177,13 @@ DescriptorBase make_descriptor_base(std::span<const DescriptorBlock> blocks, Dis
 
 void block_distances(const DescriptorBase& base, std::size_t number, std::size_t query, std::size_t begin,
                      std::span<float> out) {
-  row_distances(base, base.blocks[number], row_of(base.blocks[number], query), begin, out);
+  row_distances(base, base.blocks[number], values_of_row(base.blocks[number], query), begin, out);
 }
 
 void descriptor_distances(const DescriptorBase& base, std::size_t query, std::size_t begin,
                           std::span<float> out) {
   distances_to(
-      base, [&](std::size_t b) { return row_of(base.blocks[b], query); }, begin, out);
+      base, [&](std::size_t b) { return values_of_row(base.blocks[b], query); }, begin, out);
 }
 
 DescriptorQuery make_descriptor_query(const DescriptorBase& base, std::span<const float> values) {
