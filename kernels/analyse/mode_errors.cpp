@@ -4,7 +4,6 @@
 #include <cmath>
 #include <numeric>
 #include <stdexcept>
-#include <tuple>
 
 #include "kernels/core/parallel.h"
 #include "kernels/describe/laplacian_spectrum.h"
@@ -15,8 +14,6 @@ namespace meander {
 
 namespace {
 
-constexpr std::size_t more_than_due = 3;  // about the deviation of a component from its expectation
-
 LaplacianModes modes_of(const PreparedMesh& mesh, const Component& component, std::size_t count,
                         const CancelToken& cancel) {
   IntrinsicSurface surface = intrinsic_component(mesh, component);
@@ -25,42 +22,22 @@ LaplacianModes modes_of(const PreparedMesh& mesh, const Component& component, st
   return laplacian_modes(surface, count, cancel);
 }
 
-// The lowest of all components, as joint_spectrum: a component is asked for the number that is due to its
-// area, and for twice as many while its largest is among the lowest of all.
+// The lowest of all components.
 std::vector<SurfaceMode> joint_modes(const PreparedMesh& mesh, std::size_t count, const CancelToken& cancel) {
-  const std::size_t components = mesh.components.size();
-  std::vector<LaplacianModes> found(components);
-  std::vector<std::size_t> asked(components);
-  const auto ask = [&](std::size_t c, std::size_t wanted) {
-    asked[c] = std::min(wanted, count);
-    found[c] = modes_of(mesh, mesh.components[c], asked[c], cancel);
-  };
-  for (std::size_t c = 0; c < components; ++c) {
-    const double due = static_cast<double>(count) * mesh.components[c].area / mesh.total_area;
-    ask(c, components == 1 ? count : more_than_due + static_cast<std::size_t>(due));
-  }
-  std::vector<std::tuple<double, std::size_t, std::size_t>> lowest;  // value, component, number in it
-  for (bool is_complete = false; !is_complete;) {
-    lowest.clear();
-    for (std::size_t c = 0; c < components; ++c)
-      for (std::size_t k = 0; k < found[c].values.size(); ++k) lowest.emplace_back(found[c].values[k], c, k);
-    std::sort(lowest.begin(), lowest.end());
-    lowest.resize(std::min(lowest.size(), count));
-    is_complete = true;
-    for (std::size_t c = 0; c < components; ++c) {
-      // The component has no more eigenvalues, or no more that can matter.
-      if (asked[c] == count || found[c].values.size() < asked[c]) continue;
-      if (lowest.size() == count && found[c].values.back() >= std::get<0>(lowest.back())) continue;
-      ask(c, 2 * asked[c]);
-      is_complete = false;
-    }
-  }
+  std::vector<double> area;
+  for (const Component& component : mesh.components) area.push_back(component.area);
+  std::vector<LaplacianModes> found(area.size());
+  const std::vector<JointEigenvalue> lowest =
+      joint_eigenvalues(area, count, [&](std::size_t c, std::size_t n) {
+        found[c] = modes_of(mesh, mesh.components[c], n, cancel);
+        return found[c].values;
+      });
   std::vector<SurfaceMode> modes;
-  for (const auto& [value, component, k] : lowest) {
+  for (const JointEigenvalue& eigenvalue : lowest) {
     SurfaceMode& mode = modes.emplace_back();
-    mode.value = value;
-    mode.component = static_cast<std::uint32_t>(component);
-    mode.function = std::move(found[component].functions[k]);
+    mode.value = eigenvalue.value;
+    mode.component = eigenvalue.component;
+    mode.function = std::move(found[eigenvalue.component].functions[eigenvalue.number]);
   }
   return modes;
 }

@@ -234,36 +234,49 @@ double area_of(const IntrinsicSurface& surface) {
   return area;
 }
 
-std::vector<double> joint_spectrum(std::span<const IntrinsicSurface> components, std::size_t count,
-                                   const CancelToken& cancel) {
+std::vector<JointEigenvalue> joint_eigenvalues(
+    std::span<const double> area, std::size_t count,
+    const std::function<std::vector<double>(std::size_t component, std::size_t n)>& find) {
   constexpr std::size_t margin = 3;  // about the deviation of components from their expectation
-  std::vector<double> area(components.size());
-  for (std::size_t c = 0; c < components.size(); ++c) area[c] = area_of(components[c]);
   const double total = blocked_sum(area);
-  std::vector<std::vector<double>> spectra(components.size());
-  std::vector<std::size_t> asked(components.size());
+  std::vector<std::vector<double>> spectra(area.size());
+  std::vector<std::size_t> asked(area.size());
   const auto ask = [&](std::size_t c, std::size_t wanted) {
     asked[c] = std::min(wanted, count);
-    spectra[c] = laplacian_spectrum(components[c], asked[c], cancel);
+    spectra[c] = find(c, asked[c]);
   };
-  for (std::size_t c = 0; c < components.size(); ++c)
+  for (std::size_t c = 0; c < area.size(); ++c)
     ask(c, margin + static_cast<std::size_t>(static_cast<double>(count) * area[c] / total));
   while (true) {
-    std::vector<double> lowest;
-    for (const std::vector<double>& spectrum : spectra)
-      lowest.insert(lowest.end(), spectrum.begin(), spectrum.end());
-    std::sort(lowest.begin(), lowest.end());
+    std::vector<JointEigenvalue> lowest;
+    for (std::size_t c = 0; c < area.size(); ++c)
+      for (std::size_t k = 0; k < spectra[c].size(); ++k)
+        lowest.push_back({spectra[c][k], static_cast<std::uint32_t>(c), k});
+    std::stable_sort(lowest.begin(), lowest.end(),
+                     [](const JointEigenvalue& a, const JointEigenvalue& b) { return a.value < b.value; });
     lowest.resize(std::min(lowest.size(), count));
     bool is_complete = true;
-    for (std::size_t c = 0; c < components.size(); ++c) {
+    for (std::size_t c = 0; c < area.size(); ++c) {
       // The component has no more eigenvalues, or no more that can matter.
       if (asked[c] == count || spectra[c].size() < asked[c]) continue;
-      if (lowest.size() == count && spectra[c].back() >= lowest.back()) continue;
+      if (lowest.size() == count && spectra[c].back() >= lowest.back().value) continue;
       ask(c, 2 * asked[c]);
       is_complete = false;
     }
     if (is_complete) return lowest;
   }
+}
+
+std::vector<double> joint_spectrum(std::span<const IntrinsicSurface> components, std::size_t count,
+                                   const CancelToken& cancel) {
+  std::vector<double> area;
+  for (const IntrinsicSurface& component : components) area.push_back(area_of(component));
+  std::vector<double> values;
+  for (const JointEigenvalue& found : joint_eigenvalues(area, count, [&](std::size_t c, std::size_t n) {
+         return laplacian_spectrum(components[c], n, cancel);
+       }))
+    values.push_back(found.value);
+  return values;
 }
 
 }  // namespace meander

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
+#include <functional>
 #include <span>
 #include <stdexcept>
 #include <vector>
@@ -55,5 +57,16 @@ double area_of(const IntrinsicSurface& surface);
 // while its largest is among the lowest of all. Throws as laplacian_spectrum.
 std::vector<double> joint_spectrum(std::span<const IntrinsicSurface> components, std::size_t count,
                                    const CancelToken& cancel = {});
+
+// The same by what find(component, n) returns, the lowest n positive eigenvalues of a component, ascending;
+// it is called again for a component with a larger n. area: of the components.
+struct JointEigenvalue {
+  double value = 0;
+  std::uint32_t component = 0;
+  std::size_t number = 0;  // among those of the component, from 0
+};
+std::vector<JointEigenvalue> joint_eigenvalues(
+    std::span<const double> area, std::size_t count,
+    const std::function<std::vector<double>(std::size_t component, std::size_t n)>& find);
 
 }  // namespace meander
