@@ -1,4 +1,6 @@
 // Measures of point sets.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
@@ -126,6 +128,9 @@ LaboratoryResult spacing_on_mesh(const LaboratoryArguments& given) {
 // Takes a mesh, points (n, 3) in its coordinates, and modes. Returns ratio, the root mean square error of the
 // integrals of the lowest eigenfunctions over that of random points; modes, the number of functions.
 LaboratoryResult mode_errors(const LaboratoryArguments& given) {
+  const double count = given.real("modes");
+  if (!(count >= 0 && count <= most_surface_modes))
+    throw std::invalid_argument(fmt::format("modes is {}: 0 to {}", count, most_surface_modes));
   const PreparedMesh surface = prepare_mesh(given.mesh());
   const std::span<const double> at = given.reals("points", 3);
   require_finite(at, "points");
@@ -133,7 +138,7 @@ LaboratoryResult mode_errors(const LaboratoryArguments& given) {
   const SurfaceLocator locator(device, surface.x, surface.y, surface.z, surface.triangles);
   std::vector<SurfaceMode> modes;
   try {
-    modes = lowest_modes(surface, given.whole("modes"));
+    modes = lowest_modes(surface, static_cast<std::size_t>(count));
   } catch (const SpectrumNotFound& error) {
     throw ItemError(Status::internal, error.what());
   }

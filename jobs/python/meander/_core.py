@@ -460,17 +460,18 @@ def sample_callable_surface(function, tolerance, timeout, content, **options):
 def measure(points, mesh, boxes, seed, modes):
     """A dict of the measures, boxes first."""
     modes = operator.index(modes)
-    if not 0 <= modes <= 1000:
-        raise ValueError("modes is %d: 0 to 1000" % modes)
+    found_modes = {}
+    if modes != 0:
+        errors = call_laboratory("mode_errors", mesh, points=_reals(points, "points", 3), modes=modes)
+        found_modes["modes"] = float(errors.ratio)
     error = measure_boxes(points, mesh, boxes, seed)
     points = _reals(points, "points", 3)
     if len(points) < 2:
         raise ValueError("points is one point, which has no neighbor")
     spread = call_laboratory("spacing_on_mesh", mesh, points=points, seed=operator.index(seed))
     found = dict(boxes=float(error), limit=error.limit, over_limit=error.over_limit,
-                 **{name: spread.__dict__[name] for name in ("rho", "least", "mean", "coverage", "hole", "chamfer")})
-    if modes > 0:
-        found["modes"] = float(call_laboratory("mode_errors", mesh, points=points, modes=modes).ratio)
+                 **{name: spread.__dict__[name] for name in ("rho", "least", "mean", "coverage", "hole", "chamfer")},
+                 **found_modes)
     return found
 
 
