@@ -21,8 +21,8 @@ inline SrgbColor srgb(Rgb color) { return {color.red, color.green, color.blue}; 
 // 2009, any two are at least 0.076 apart in OKLab): those of Okabe and Ito (2008, "Color Universal Design")
 // without yellow, which is too pale for lines on white, then indigo and wine of Tol (2021, SRON technical
 // note) and brown of ColorBrewer (Harrower and Brewer 2003). From the eleventh on hues in steps of the golden
-// angle in three lightnesses: the first 200 are distinct, though not all are easy to tell apart.
-inline constexpr std::size_t palette_size = 10;
+// angle in three lightnesses: the first distinct_colors differ, though not all are easy to tell apart.
+inline constexpr std::size_t palette_size = 10, distinct_colors = 200;
 Rgb palette_color(std::size_t index);
 
 // Dark violet over blue and green to yellow, in even steps of lightness (also when printed gray): color of t

@@ -70,9 +70,8 @@ std::string interpreter() {
 
 // "#0072b2,#d55e00,...", as many as are distinct.
 std::string palette_text() {
-  constexpr std::size_t colors = 200;
   std::string text;
-  for (std::size_t i = 0; i < colors; ++i) {
+  for (std::size_t i = 0; i < distinct_colors; ++i) {
     const auto [red, green, blue] = palette_color(i);
     text += fmt::format("{}#{:02x}{:02x}{:02x}", i == 0 ? "" : ",", red, green, blue);
   }

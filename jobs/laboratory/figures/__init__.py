@@ -8,6 +8,6 @@ from .. import laboratory
 from . import look
 
 try:
-    look.use_colors(["#%02x%02x%02x" % tuple(color) for color in laboratory.palette(n=200).colors.tolist()])
+    look.use_colors(["#%02x%02x%02x" % tuple(color) for color in laboratory.palette().colors.tolist()])
 except RuntimeError:  # a build without the laboratory, of which __main__ tells
     pass

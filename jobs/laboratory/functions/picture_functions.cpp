@@ -88,10 +88,10 @@ LaboratoryResult view_by_default(const LaboratoryArguments& given) {
   return result;
 }
 
-// Returns colors (n, 3), the first n of the palette.
-LaboratoryResult palette(const LaboratoryArguments& given) {
+// Returns colors (n, 3), as many of the palette as are distinct.
+LaboratoryResult palette(const LaboratoryArguments&) {
   std::vector<std::uint8_t> colors;
-  for (std::size_t i = 0; i < given.whole("n"); ++i) {
+  for (std::size_t i = 0; i < distinct_colors; ++i) {
     const auto [red, green, blue] = palette_color(i);
     colors.insert(colors.end(), {red, green, blue});
   }
