@@ -105,7 +105,7 @@ namespace {
 
 constexpr std::string_view array_ending = ".npy";
 
-// What `read` gives; its ItemError names the array.
+// Returns what `read` returns; an ItemError that it throws then names the array.
 template <class Read>
 auto about_array(std::string_view name, const Read& read) {
   try {
@@ -141,11 +141,11 @@ class NumpyArchive {
     if (!file.empty()) return file;
     if (members_.size() == 1) return unpack(members_.front());
     if (members_.empty()) throw ItemError(Status::unsupported_format, "the archive holds no array");
-    constexpr std::size_t most_named = 10;
+    constexpr std::size_t max_named = 10;
     std::string names;
-    for (std::size_t i = 0; i < std::min(members_.size(), most_named); ++i)
+    for (std::size_t i = 0; i < std::min(members_.size(), max_named); ++i)
       names += (i == 0 ? "`" : ", `") + std::string(name_of(members_[i])) + "`";
-    if (members_.size() > most_named) names += " ...";
+    if (members_.size() > max_named) names += " ...";
     throw ItemError(Status::unsupported_format,
                     "the archive holds several arrays and none is called `points`: " + names);
   }

@@ -97,7 +97,7 @@ void Journals::replay(std::uint64_t journal, std::uint64_t first_row, std::uint6
   walk_records(opened.file, opened.path, size, first_row, end_row,
                [&](const RecordHeader& header, std::uint64_t offset) {
                  const std::uint64_t payload = offset + record_header_bytes;
-                 // What follows a record that is damaged may be whole.
+                 // The records behind a damaged one may be whole.
                  if (!payload_is_whole(opened.file, header, payload, buffer, opened.path)) return;
                  found(header, offset);
                  end = payload + header.payload_bytes;

@@ -83,13 +83,13 @@ std::string progress_line(const ProgressFacts& facts, int width) {
     return room;
   };
   const auto columns = static_cast<std::size_t>(width);
-  constexpr std::size_t least_bar = 7, most_bar = 24, frame = 3;  // brackets and a blank
+  constexpr std::size_t min_bar = 7, max_bar = 24, frame = 3;  // brackets and a blank
   int rank = bytes;
-  while (rank > failures && room_up_to(rank) + least_bar + frame > columns) --rank;
+  while (rank > failures && room_up_to(rank) + min_bar + frame > columns) --rank;
   while (rank > always && text_up_to(rank).size() > columns) --rank;
   std::string text = text_up_to(rank);
-  if (text.size() + least_bar + frame <= columns) {
-    const std::size_t length = std::min(most_bar, columns - text.size() - frame);
+  if (text.size() + min_bar + frame <= columns) {
+    const std::size_t length = std::min(max_bar, columns - text.size() - frame);
     const auto filled = static_cast<std::size_t>(facts.share * static_cast<double>(length));
     text = fmt::format("[{}{}] {}", std::string(filled, '#'), std::string(length - filled, '.'), text);
   }

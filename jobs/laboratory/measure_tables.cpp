@@ -52,6 +52,15 @@ void require_uniform(const MeasuredSet& set, const MeasureOptions& options) {
                      " was sampled with a density; only `integral` and `differences` take it");
 }
 
+// The mesh that a set of uniform density lies on.
+const MeasuredSurface& mesh_under(MeasuredSet& set, MeasuredSurfaces& surfaces,
+                                  const MeasureOptions& options) {
+  require_uniform(set, options);
+  const MeasuredSurface& surface = surfaces.of(set);
+  if (surface.kind != Kind::mesh) refuse_surface(options, "MESH or FOLDER");
+  return surface;
+}
+
 PreparedMesh unit_square() {
   PolygonMesh square;
   square.x = {0, 1, 1, 0};
@@ -74,9 +83,7 @@ Table measure_boxes(PointSets& sets, MeasuredSurfaces& surfaces, const MeasureOp
   double boundary = 0;
   for (std::size_t number = 0; number < sets.size(); ++number) {
     MeasuredSet set = sets.load(number);
-    require_uniform(set, options);
-    const MeasuredSurface& surface = surfaces.of(set);
-    if (surface.kind != Kind::mesh) refuse_surface(options, "MESH or FOLDER");
+    const MeasuredSurface& surface = mesh_under(set, surfaces, options);
     if (&surface != last) {
       const PreparedMesh& mesh = surface.mesh;
       boxes = random_boxes(mesh.x, mesh.y, mesh.z, mesh.triangles, parameters);
@@ -96,9 +103,7 @@ Table measure_rings(PointSets& sets, MeasuredSurfaces& surfaces, const MeasureOp
   Table table{{{"set"}, {"points"}, {"seeds"}, {"discrepancy", 4}, {"largest distance / diagonal", 3}}, {}};
   for (std::size_t number = 0; number < sets.size(); ++number) {
     MeasuredSet set = sets.load(number);
-    require_uniform(set, options);
-    const MeasuredSurface& surface = surfaces.of(set);
-    if (surface.kind != Kind::mesh) refuse_surface(options, "MESH or FOLDER");
+    const MeasuredSurface& surface = mesh_under(set, surfaces, options);
     const PreparedMesh& mesh = surface.mesh;
     const SurfaceLocations found = locate_points(*surface.locator, working_points(set, mesh));
     std::vector<std::uint32_t> counts(mesh.triangle_count(), 0);
@@ -155,9 +160,7 @@ Table measure_modes(PointSets& sets, MeasuredSurfaces& surfaces, const MeasureOp
   std::vector<SurfaceMode> modes;
   for (std::size_t number = 0; number < sets.size(); ++number) {
     MeasuredSet set = sets.load(number);
-    require_uniform(set, options);
-    const MeasuredSurface& surface = surfaces.of(set);
-    if (surface.kind != Kind::mesh) refuse_surface(options, "MESH or FOLDER");
+    const MeasuredSurface& surface = mesh_under(set, surfaces, options);
     if (&surface != last) {
       try {
         modes = lowest_modes(surface.mesh, count);

@@ -67,7 +67,8 @@ def _cell(value):
 
 
 class FigureSet:
-    """quick, seed, models: as asked for. points: (name, file) of point sets on the model. view, up: (3,) directions. size: pixels of a picture of a model."""
+    """quick, seed, models: as asked for. points: (name, file) of point sets on the model. view, up: (3,) directions. size: pixels
+    of a picture of a model."""
 
     def __init__(self, options, models):
         self.quick, self.seed, self.models, self.points = options.quick, options.seed, models, options.points

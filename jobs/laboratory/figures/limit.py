@@ -8,7 +8,8 @@ from .. import laboratory
 from . import look
 from .spaced import ALONG, ELIMINATED, ComparedModel
 
-# What the method `auto` makes by the names of ComparedModel, and samples on the charts of Quinn et al. 2013.
+# Names of curves, with those of ComparedModel, whose samples are of the method `auto`. CHARTED has the charts of Quinn et al.
+# 2013.
 SEQUENCES = {"random": "random", "stratified": "stratified", "shifted (default)": "shifted",
              "spaced progressive": "spaced progressive", "spaced": "spaced", "spaced best": "spaced best",
              ELIMINATED: ELIMINATED}

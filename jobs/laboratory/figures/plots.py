@@ -4,8 +4,8 @@
 {"kind": "matrix", "title", "x", "y", "rows", "columns", "values": shares row by row, "format"}
 {"kind": "map", "title", "x", "y", "side", "extent": half of the width, "upper": white, "values" row by row, "format"}
 
-format: svg or png. The only argument is the palette, "#0072b2,#d55e00,...". Ends with 3 where matplotlib is missing. A program of its own, which imports nothing of the package: it
-also runs where the library of the package cannot be loaded.
+format: svg or png. The only argument is the palette, "#0072b2,#d55e00,...". Ends with 3 where matplotlib is missing. A program
+of its own, which imports nothing of the package: it also runs where the library of the package cannot be loaded.
 """
 import io
 import json
