@@ -2,11 +2,10 @@
 // as keywords of Python.
 #pragma once
 
-#include <fmt/format.h>
-
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -26,8 +25,18 @@ class SettingOptions {
   // Adds an option for every setting that has one. The present values are the defaults.
   template <class Settings>
   void add(const Command& command, const SettingList<Settings>& list, Settings& settings) {
-    for (const Setting<Settings>& setting : list.items())
-      if (!setting.option.empty()) add(command.under(setting.heading), setting, settings);
+    for (const Setting<Settings>& setting : list.items()) {
+      if (setting.option.empty()) continue;
+      Member member{.texts = &setting, .set = [&setting, &settings](std::string_view text) {
+                      return setting.set(settings, text);
+                    }};
+      if (setting.number)
+        member.number = setting.number(settings);
+      else
+        member.text = std::get<std::string>(setting.value(settings));
+      if (setting.acts) member.acts = [&setting, &settings] { return setting.acts(settings); };
+      add(command.under(setting.heading), member);
+    }
   }
   // Called after parsing: sets the settings that take several values. Adds one sentence for every invalid
   // text, and for every setting that was given and has no effect.
@@ -35,54 +44,15 @@ class SettingOptions {
   const GivenSettings& given() const { return *given_; }
 
  private:
-  template <class Settings>
-  void add(Command command, const Setting<Settings>& setting, Settings& settings) {
-    const auto note = [given = given_, name = setting.name] { given->insert(name); };
-    const auto wrong = [problems = problems_, option = setting.long_option()](const std::string& problem) {
-      if (!problem.empty()) problems->push_back(option + ": " + problem);
-    };
-    if (setting.acts)
-      checks_.push_back([&setting, &settings, given = given_]() -> std::string {
-        if (!given->contains(setting.name) || setting.acts(settings)) return "";
-        return setting.long_option() + " " + setting.applies_to;
-      });
-    if (setting.number) {
-      std::visit(
-          [&](auto* number) {
-            Option option = add_number(command, setting.option, *number, setting.help);
-            if (setting.low < setting.high) option.range(setting.low, setting.high);
-            if (!setting.shows_default) option.show_default("");
-            if (setting.is_common) option.common();
-            option.on_given(note);
-          },
-          setting.number(settings));
-    } else if (setting.is_list) {
-      const auto texts = std::make_shared<std::vector<std::string>>();
-      Option option = command.add_option(setting.option, *texts, setting.help);
-      option.separator(',').one_at_a_time().on_given(note);
-      if (setting.is_common) option.common();
-      finishers_.push_back([texts, wrong, &setting, &settings] {
-        if (!texts->empty()) wrong(setting.set(settings, joined_texts(*texts, ",")));
-      });
-    } else {
-      Option option = command.add_option(
-          setting.option,
-          [wrong, &setting, &settings](const std::string& text) { wrong(setting.set(settings, text)); },
-          setting.help);
-      if (setting.shows_default) option.show_default(std::get<std::string>(setting.value(settings)));
-      if (!setting.words.empty()) option.one_of(setting.words);
-      if (setting.is_common) option.common();
-      option.on_given(note);
-    }
-  }
-  template <class Number>
-  static Option add_number(Command& command, const std::string& names, Number& number,
-                           const std::string& help) {
-    return command.add_option(names, number, help).show_default();
-  }
-  static Option add_number(Command& command, const std::string& names, bool& flag, const std::string& help) {
-    return command.add_flag(names, flag, help);
-  }
+  // A setting of one object.
+  struct Member {
+    const SettingTexts* texts;
+    std::optional<SettingNumber> number = {};
+    std::string text = {};  // the present value of one that is no number
+    std::function<std::string(std::string_view)> set;
+    std::function<bool()> acts = {};
+  };
+  void add(Command command, const Member& member);
 
   std::shared_ptr<GivenSettings> given_ = std::make_shared<GivenSettings>();
   std::shared_ptr<std::vector<std::string>> problems_ = std::make_shared<std::vector<std::string>>();

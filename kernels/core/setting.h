@@ -3,32 +3,21 @@
 #pragma once
 
 #include <algorithm>
-#include <charconv>
-#include <concepts>
 #include <cstdint>
 #include <functional>
 #include <set>
 #include <span>
 #include <string>
 #include <string_view>
-#include <system_error>
 #include <utility>
 #include <variant>
 #include <vector>
 
-#include "kernels/core/check_range.h"
+#include "kernels/core/joined_texts.h"
 #include "kernels/core/spelling.h"
 #include "kernels/core/words.h"
 
 namespace meander {
-
-// Joins the texts with `between`.
-template <class Texts>
-std::string joined_texts(const Texts& texts, const char* between = ", ") {
-  std::string all;
-  for (const auto& text : texts) all += (all.empty() ? "" : between) + std::string(text);
-  return all;
-}
 
 // Calls take(word) for each text between commas, in order.
 template <class Take>
@@ -40,15 +29,9 @@ void for_each_word(std::string_view text, const Take& take) {
   }
 }
 
-// Says what is wrong with a text that is none of the words: one sentence, with the nearest word.
-template <class Texts>
-std::string none_of(std::string_view text, const Texts& words) {
-  const std::string near = nearest(text, words);
-  return "`" + std::string(text) + "` is none of " + joined_texts(words, "|") +
-         (near.empty() ? "" : "; did you mean `" + near + "`?");
-}
-
 using SettingValue = std::variant<bool, int, std::uint32_t, std::uint64_t, double, std::string>;
+// A number or a flag of a struct.
+using SettingNumber = std::variant<bool*, int*, std::uint32_t*, std::uint64_t*, double*>;
 
 // The properties of a setting that do not depend on the struct it is in.
 struct SettingTexts {
@@ -64,23 +47,21 @@ struct SettingTexts {
   bool shows_default = true;  // in the help
   bool is_common = false;     // the short help shows the option
   std::string applies_to;     // where it acts, for the error where it is given and does not
+
+  // The option in the form "--samples".
+  std::string long_option() const;
 };
 
 // A setting has a number (or flag), a text, or a value that follows from others and no option sets.
 template <class Settings>
 struct Setting : SettingTexts {
-  using Number = std::variant<bool*, int*, std::uint32_t*, std::uint64_t*, double*>;
-
-  std::function<Number(Settings&)> number;
+  std::function<SettingNumber(Settings&)> number;
   std::function<SettingValue(const Settings&)> value;
   std::function<std::string(Settings&, std::string_view)> set;  // returns what is wrong with the text, or ""
   std::function<bool(const Settings&)> recorded;                // empty: always
   std::function<bool(const Settings&)> acts;                    // whether it acts; empty: always
 
-  // The option in the form "--samples".
-  std::string long_option() const { return option.substr(option.rfind(',') + 1); }
-
-  Setting& in_python(std::string as) { return keyword = std::move(as), *this; }
+  Setting& in_python(std::string_view as) { return keyword = as, *this; }
   Setting& as_truth(std::string yes, std::string no) {
     return truth = {std::move(yes), std::move(no)}, *this;
   }
@@ -90,30 +71,14 @@ struct Setting : SettingTexts {
   Setting& only_recorded(std::function<bool(const Settings&)> when) {
     return recorded = std::move(when), *this;
   }
-  Setting& acting(std::function<bool(const Settings&)> when, std::string where) {
-    return acts = std::move(when), applies_to = std::move(where), *this;
+  Setting& acting(std::function<bool(const Settings&)> when, std::string_view where) {
+    return acts = std::move(when), applies_to = where, *this;
   }
 };
 
-// Sets a number or a flag from a text, for flags "true" or "false". Returns what is wrong with the text, or
-// "".
-template <class Number>
-std::string set_number(Number& number, std::string_view text, double low, double high) {
-  Number value{};
-  if constexpr (std::same_as<Number, bool>) {
-    value = text == "true";
-    if (!value && text != "false") return "`" + std::string(text) + "` is neither true nor false";
-  } else {
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (error != std::errc() || end != text.data() + text.size())
-      return "`" + std::string(text) + "` is not a number that is possible here";
-    std::vector<std::string> problems;
-    if (low < high) check_range(problems, "it", static_cast<double>(value), low, high);
-    if (!problems.empty()) return problems.front();
-  }
-  number = value;
-  return "";
-}
+// Sets a number or a flag from a text, for flags "true" or "false". The limits hold for numbers if low <
+// high. Returns what is wrong with the text, or "".
+std::string set_number(SettingNumber number, std::string_view text, double low, double high);
 
 template <class Settings>
 class SettingList {
@@ -121,81 +86,86 @@ class SettingList {
   using Item = Setting<Settings>;
 
   // Puts the settings that follow under this heading of the help.
-  void under(std::string heading) { heading_ = std::move(heading); }
+  void under(std::string_view heading) { heading_ = heading; }
 
   // Adds a number. `at` maps Settings to a reference to the number or flag, and const Settings likewise.
   template <class At>
-  Item& number(std::string name, std::string option, At at, double low, double high, std::string help) {
-    Item& item = add(std::move(name), std::move(option), std::move(help));
+  Item& number(std::string_view name, std::string_view option, At at, double low, double high,
+               std::string_view help) {
+    Item& item = add(name, option, help);
     item.low = low;
     item.high = high;
-    item.number = [at](Settings& settings) { return typename Item::Number(&at(settings)); };
+    item.number = [at](Settings& settings) { return SettingNumber(&at(settings)); };
     item.value = [at](const Settings& settings) { return SettingValue(at(settings)); };
-    item.set = [at, low, high](Settings& settings, std::string_view text) {
-      return set_number(at(settings), text, low, high);
-    };
+    item.set = setter(item.number, low, high);
     return item;
   }
   template <class At>
-  Item& flag(std::string name, std::string option, At at, std::string help) {
-    return number(std::move(name), std::move(option), at, 0, 0, std::move(help));
+  Item& flag(std::string_view name, std::string_view option, At at, std::string_view help) {
+    return number(name, option, at, 0, 0, help);
   }
   // Adds a choice among the words for the values of an enum (words.h); the words must live as long as the
   // list.
   template <class At, class Words>
-  Item& word(std::string name, std::string option, At at, const Words& words, std::string help) {
+  Item& word(std::string_view name, std::string_view option, At at, const Words& words,
+             std::string_view help) {
     Item& item = text(
-        std::move(name), std::move(option),
+        name, option,
         [at, &words](const Settings& settings) { return std::string(text_of(words, at(settings))); },
         [at, &words](Settings& settings, std::string_view text) {
           return take_word(words, text, at(settings)) ? std::string() : none_of(text, all_words(words));
         },
-        std::move(help));
+        help);
     item.words = all_words(words);
     return item;
   }
-  Item& text(std::string name, std::string option, std::function<std::string(const Settings&)> get,
-             std::function<std::string(Settings&, std::string_view)> set, std::string help) {
-    Item& item = add(std::move(name), std::move(option), std::move(help));
+  Item& text(std::string_view name, std::string_view option, std::function<std::string(const Settings&)> get,
+             std::function<std::string(Settings&, std::string_view)> set, std::string_view help) {
+    Item& item = add(name, option, help);
     item.value = [get = std::move(get)](const Settings& settings) { return SettingValue(get(settings)); };
     item.set = std::move(set);
     return item;
   }
   // Adds a value that follows from others, or that no option changes: it is only recorded.
   template <class Get>
-  Item& constant(std::string name, Get get) {
-    Item& item = add(std::move(name), "", "");
+  Item& constant(std::string_view name, Get get) {
+    Item& item = add(name, "", "");
     item.value = [get](const Settings& settings) { return SettingValue(get(settings)); };
     return item;
   }
-  // Adds the settings of a part.
+  // Adds the settings of a part, which must live as long as this list.
   template <class Part>
   void append(const SettingList<Part>& of_part, Part Settings::*part) {
     for (const Setting<Part>& from : of_part.items()) {
       Item& item = items_.emplace_back();
       static_cast<SettingTexts&>(item) = from;
       item.heading = heading_;
-      item.value = [get = from.value, part](const Settings& s) { return get(s.*part); };
-      if (from.number) item.number = [at = from.number, part](Settings& s) { return at(s.*part); };
+      item.value = [&from, part](const Settings& s) { return from.value(s.*part); };
+      if (from.number) item.number = [&from, part](Settings& s) { return from.number(s.*part); };
       if (from.set)
-        item.set = [set = from.set, part](Settings& s, std::string_view text) { return set(s.*part, text); };
-      if (from.recorded)
-        item.recorded = [is = from.recorded, part](const Settings& s) { return is(s.*part); };
-      if (from.acts) item.acts = [is = from.acts, part](const Settings& s) { return is(s.*part); };
+        item.set = [&from, part](Settings& s, std::string_view text) { return from.set(s.*part, text); };
+      if (from.recorded) item.recorded = [&from, part](const Settings& s) { return from.recorded(s.*part); };
+      if (from.acts) item.acts = [&from, part](const Settings& s) { return from.acts(s.*part); };
     }
   }
 
   std::span<const Item> items() const { return items_; }
 
  private:
-  Item& add(std::string name, std::string option, std::string help) {
+  Item& add(std::string_view name, std::string_view option, std::string_view help) {
     Item& item = items_.emplace_back();
-    item.name = std::move(name);
-    item.option = std::move(option);
-    item.help = std::move(help);
+    item.name = name;
+    item.option = option;
+    item.help = help;
     item.heading = heading_;
     return item;
   }
+  static auto setter(std::function<SettingNumber(Settings&)> number, double low, double high) {
+    return [number = std::move(number), low, high](Settings& settings, std::string_view text) {
+      return set_number(number(settings), text, low, high);
+    };
+  }
+
   std::vector<Item> items_;
   std::string heading_ = "Options";
 };
@@ -228,22 +198,15 @@ std::string take_named(std::span<const SettingList<Settings>* const> lists, std:
   return "";
 }
 
+// Adds a sentence when the number is out of the setting's range.
+void check_range(const SettingTexts& setting, const SettingValue& value, std::vector<std::string>& problems);
+
 // Adds a sentence for every number out of its range.
 template <class Settings>
 void check_ranges(const SettingList<Settings>& list, const Settings& settings,
                   std::vector<std::string>& problems) {
-  for (const Setting<Settings>& setting : list.items()) {
-    if (!(setting.low < setting.high)) continue;
-    std::string words = setting.name;
-    for (char& c : words)
-      if (c == '_') c = ' ';
-    std::visit(
-        [&](const auto& value) {
-          if constexpr (!std::same_as<std::decay_t<decltype(value)>, std::string>)
-            check_range(problems, words.c_str(), static_cast<double>(value), setting.low, setting.high);
-        },
-        setting.value(settings));
-  }
+  for (const Setting<Settings>& setting : list.items())
+    if (setting.low < setting.high) check_range(setting, setting.value(settings), problems);
 }
 
 }  // namespace meander

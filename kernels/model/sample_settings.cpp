@@ -62,7 +62,7 @@ void add_density_settings(SampleSettings& list) {
           [](P& p, std::string_view text) { return take_density(text, p.density); }, density_help())
       .in_python("density")
       .common();
-  const std::string shaped = "applies to densities of curvature and textures only";
+  constexpr const char* shaped = "applies to densities of curvature and textures only";
   list.number(
           "density_floor", "--density-floor", [](auto& p) -> auto& { return p.density.floor; }, 1e-6, 1,
           "Density of flat parts for curvature densities, of dark ones for textures, 1e-6 to 1")
@@ -116,7 +116,7 @@ void add_place_settings(SampleSettings& list) {
 }
 
 void add_tensor_settings(SampleSettings& list) {
-  const std::string only = "applies to --method anisotropic only";
+  constexpr const char* only = "applies to --method anisotropic only";
   list.under("Anisotropic");
   list.text(
           "tensor", "--tensor", [](const P& p) { return tensor_text(p.tensor); },
