@@ -20,6 +20,7 @@
 #include "io/store/run_folder.h"
 #include "io/store/schema.h"
 #include "io/store/store_file.h"
+#include "kernels/core/joined_texts.h"
 
 namespace meander::store {
 
@@ -321,8 +322,8 @@ std::string first_difference(const RunPlan& begun_plan, const RunPlan& now_plan)
       !text.empty())
     return text;
   if (!(begun.columns == now.columns))
-    return fmt::format("the columns were {}, now they are {}", fmt::join(column_list(begun.columns), ", "),
-                       fmt::join(column_list(now.columns), ", "));
+    return fmt::format("the columns were {}, now they are {}", joined_texts(column_list(begun.columns)),
+                       joined_texts(column_list(now.columns)));
   if (begun.samples != now.samples)
     return fmt::format("the number of samples was {}, now it is {}", begun.samples, now.samples);
   if (begun.seed != now.seed) return fmt::format("the seed was {}, now it is {}", begun.seed, now.seed);

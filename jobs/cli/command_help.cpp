@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <string_view>
 
+#include "kernels/core/joined_texts.h"
+
 namespace meander {
 
 namespace {
@@ -84,10 +86,10 @@ std::string entry(const std::string& name, const std::string& text, std::size_t 
 }
 
 std::string name_and_value(const OptionDescription& option) {
-  std::string value = option.words.empty() ? option.value : fmt::format("{}", fmt::join(option.words, "|"));
+  std::string value = option.words.empty() ? option.value : joined_texts(option.words, "|");
   if (option.repeated) value += " ...";
   if (option.flags.empty()) return value;
-  return fmt::format("{}{}{}", fmt::join(option.flags, ", "), value.empty() ? "" : " ", value);
+  return fmt::format("{}{}{}", joined_texts(option.flags), value.empty() ? "" : " ", value);
 }
 
 std::string help_and_notes(const OptionDescription& option) {
@@ -155,9 +157,9 @@ std::string option_notes(const OptionDescription& option) {
   std::vector<std::string> notes;
   if (option.required && !option.flags.empty()) notes.push_back("required");
   if (!option.initial.empty()) notes.push_back("default: " + option.initial);
-  if (!option.needs.empty()) notes.push_back(fmt::format("only with {}", fmt::join(option.needs, ", ")));
-  if (!option.excludes.empty()) notes.push_back(fmt::format("not with {}", fmt::join(option.excludes, ", ")));
-  return fmt::format("{}", fmt::join(notes, "; "));
+  if (!option.needs.empty()) notes.push_back(fmt::format("only with {}", joined_texts(option.needs)));
+  if (!option.excludes.empty()) notes.push_back(fmt::format("not with {}", joined_texts(option.excludes)));
+  return joined_texts(notes, "; ");
 }
 
 namespace {

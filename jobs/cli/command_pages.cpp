@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "jobs/cli/command_help.h"
+#include "kernels/core/joined_texts.h"
 
 namespace meander {
 
@@ -61,7 +62,7 @@ std::string slanted(const std::string& text) { return "\\fI" + roff(text) + "\\f
 
 std::string value_text(const OptionDescription& option) {
   const std::string value =
-      option.words.empty() ? slanted(option.value) : roff(fmt::format("{}", fmt::join(option.words, "|")));
+      option.words.empty() ? slanted(option.value) : roff(joined_texts(option.words, "|"));
   return value + (option.repeated ? " ..." : "");
 }
 
@@ -74,7 +75,7 @@ std::string head_of(const OptionDescription& option) {
 
 std::string synopsis(const NamedCommand& named) {
   const CommandDescription& command = *named.command;
-  std::string text = bold(fmt::format("{}", fmt::join(named.words, " ")));
+  std::string text = bold(joined_texts(named.words, " "));
   if (std::any_of(command.options.begin(), command.options.end(),
                   [](const OptionDescription& o) { return !o.flags.empty() && !o.required; }))
     text += " [" + slanted("OPTIONS") + "]";
@@ -88,9 +89,7 @@ std::string synopsis(const NamedCommand& named) {
   return text + "\n";
 }
 
-std::string page_name(const std::vector<std::string>& words) {
-  return fmt::format("{}", fmt::join(words, "-"));
-}
+std::string page_name(const std::vector<std::string>& words) { return joined_texts(words, "-"); }
 
 std::string upper_case(std::string text) {
   std::transform(text.begin(), text.end(), text.begin(),
@@ -126,7 +125,7 @@ std::string see_also(const NamedCommand& named, const std::vector<NamedCommand>&
     if (other.command != named.command &&
         (named.words.size() == 1 || other.words.size() == 1 || other.words[1] == named.words[1]))
       pages.push_back(bold(page_name(other.words)) + "(1)");
-  return pages.empty() ? "" : fmt::format(".SH SEE ALSO\n{}\n", fmt::join(pages, ",\n"));
+  return pages.empty() ? "" : fmt::format(".SH SEE ALSO\n{}\n", joined_texts(pages, ",\n"));
 }
 
 std::string manual_page(const NamedCommand& named, const std::vector<NamedCommand>& all,
@@ -179,7 +178,7 @@ std::string bash_completion(const CommandDescription& program) {
   const std::vector<NamedCommand> all = all_commands(program);
   std::string subcommands, flags, values, words;
   for (const NamedCommand& named : all) {
-    const std::string path = fmt::format("{}", fmt::join(named.words, " "));
+    const std::string path = joined_texts(named.words, " ");
     if (!named.command->subcommands.empty())
       subcommands += fmt::format("    {}) echo {} ;;\n", in_shell_quotes(path),
                                  in_shell_quotes(subcommand_names(*named.command)));
@@ -192,8 +191,8 @@ std::string bash_completion(const CommandDescription& program) {
         patterns += (patterns.empty() ? "" : "|") + in_shell_quotes(path + " " + flag);
       values += fmt::format("    {}) return 0 ;;\n", patterns);
       if (!option.words.empty())
-        words += fmt::format("    {}) echo {} ;;\n", patterns,
-                             in_shell_quotes(fmt::format("{}", fmt::join(option.words, " "))));
+        words +=
+            fmt::format("    {}) echo {} ;;\n", patterns, in_shell_quotes(joined_texts(option.words, " ")));
     }
   }
   const std::string function = "_" + program.name;
@@ -254,19 +253,19 @@ std::string zsh_argument(const OptionDescription& option) {
     help = replaced(help, special, std::string("\\") + special);
   const std::string action = option.words.empty()
                                  ? (option.value == "N" || option.value == "X" ? " " : "_files")
-                                 : fmt::format("({})", fmt::join(option.words, " "));
+                                 : fmt::format("({})", joined_texts(option.words, " "));
   if (option.flags.empty()) return in_shell_quotes((option.repeated ? "*:" : ":") + option.value + ":_files");
   const std::string value = option.value.empty() ? "" : ":" + option.value + ":" + action;
   const std::string rest = in_shell_quotes("[" + help + "]" + value);
   const std::string many = option.repeated ? "*" : "";
   if (option.flags.size() == 1) return in_shell_quotes(many + option.flags.front()) + rest;
   const std::string group =
-      many.empty() ? in_shell_quotes(fmt::format("({})", fmt::join(option.flags, " "))) : "'*'";
-  return fmt::format("{}{{{}}}{}", group, fmt::join(option.flags, ","), rest);
+      many.empty() ? in_shell_quotes(fmt::format("({})", joined_texts(option.flags, " "))) : "'*'";
+  return fmt::format("{}{{{}}}{}", group, joined_texts(option.flags, ","), rest);
 }
 
 std::string zsh_function(const NamedCommand& named) {
-  std::string text = fmt::format("_{}() {{\n", fmt::join(named.words, "_"));
+  std::string text = fmt::format("_{}() {{\n", joined_texts(named.words, "_"));
   const CommandDescription& command = *named.command;
   std::string arguments;
   for (const OptionDescription& option : command.options) arguments += " \\\n    " + zsh_argument(option);
@@ -280,7 +279,7 @@ std::string zsh_function(const NamedCommand& named) {
             in_shell_quotes(subcommand.name + ":" + replaced(first_line(subcommand.help), ":", "\\:"));
   text += fmt::format(")\n      _describe command commands ;;\n    rest)\n      case $line[1] in\n");
   for (const CommandDescription& subcommand : command.subcommands)
-    text += fmt::format("        {1}) _{0}_{1} ;;\n", fmt::join(named.words, "_"), subcommand.name);
+    text += fmt::format("        {1}) _{0}_{1} ;;\n", joined_texts(named.words, "_"), subcommand.name);
   return text + "      esac ;;\n  esac\n}\n";
 }
 
@@ -314,7 +313,7 @@ std::string fish_completion(const CommandDescription& program) {
         text += flag.starts_with("--") ? " -l " + flag.substr(2) : " -s " + flag.substr(1);
       if (!option.value.empty()) text += " -r";
       if (!option.words.empty())
-        text += fmt::format(" -f -a {}", in_shell_quotes(fmt::format("{}", fmt::join(option.words, " "))));
+        text += fmt::format(" -f -a {}", in_shell_quotes(joined_texts(option.words, " ")));
       text += " -d " + in_shell_quotes(first_line(option.help)) + "\n";
     }
   }

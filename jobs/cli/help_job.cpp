@@ -11,6 +11,7 @@
 #include "jobs/cli/jobs.h"
 #include "jobs/cli/terminal.h"
 #include "jobs/cli/usage_error.h"
+#include "kernels/core/joined_texts.h"
 #include "kernels/core/spelling.h"
 
 namespace meander {
@@ -26,7 +27,7 @@ const CommandDescription& named_command(const CommandDescription& command, const
   if (names.empty()) throw UsageError(fmt::format("`{}` has no command `{}`", command.name, name));
   const std::string near = nearest(name, names);
   throw UsageError(fmt::format("`{}` is not a command{}", name,
-                               near.empty() ? fmt::format(": the commands are {}", fmt::join(names, ", "))
+                               near.empty() ? fmt::format(": the commands are {}", joined_texts(names))
                                             : ", did you mean `" + near + "`?"));
 }
 

@@ -1,7 +1,8 @@
 #include "jobs/cli/options_page.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
+
+#include "kernels/core/joined_texts.h"
 
 namespace meander {
 
@@ -19,14 +20,14 @@ std::string cell(const std::string& text) {
 
 std::string name_of(const OptionDescription& option) {
   if (option.flags.empty()) return fmt::format("`{}`{}", option.value, option.repeated ? " ..." : "");
-  std::string text = fmt::format("`{}`", fmt::join(option.flags, "`, `"));
+  std::string text = fmt::format("`{}`", joined_texts(option.flags, "`, `"));
   if (option.words.empty() && !option.value.empty()) text += " " + cell(option.value);
   return text + (option.repeated ? " ..." : "");
 }
 
 std::string meaning_of(const OptionDescription& option) {
   std::string text = cell(option.help);
-  if (!option.words.empty()) text += fmt::format(" (`{}`)", fmt::join(option.words, "`, `"));
+  if (!option.words.empty()) text += fmt::format(" (`{}`)", joined_texts(option.words, "`, `"));
   return text + (option.required && !option.flags.empty() ? " (required)" : "");
 }
 

@@ -42,7 +42,9 @@ void SettingOptions::add(Command command, const Member& member) {
     if (texts.is_list) {
       const auto words = std::make_shared<std::vector<std::string>>();
       finishers_.push_back([words, wrong, set = member.set] {
-        if (!words->empty()) wrong(set(joined_texts(*words, ",")));
+        std::string text;
+        for (const std::string& word : *words) text += (text.empty() ? "" : ",") + word;
+        if (!words->empty()) wrong(set(text));
       });
       return command.add_option(texts.option, *words, texts.help).separator(',').one_at_a_time();
     }

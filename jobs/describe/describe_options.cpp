@@ -16,6 +16,7 @@
 #include "jobs/cli/units.h"
 #include "jobs/cli/usage_error.h"
 #include "jobs/inputs/store_items.h"
+#include "kernels/core/joined_texts.h"
 #include "kernels/model/sample_settings.h"
 #include "meander_version.h"
 
@@ -136,7 +137,7 @@ void resolve_describe_options(DescribeOptions& options) {
     problems.push_back("--descriptors: " + problem);
   if (options.descriptors.empty())
     problems.push_back(fmt::format("--descriptors is required: one or more of {}, separated by commas",
-                                   fmt::join(descriptor_names, ", ")));
+                                   joined_texts(descriptor_names)));
   const bool meshes = std::any_of(describe.descriptors.begin(), describe.descriptors.end(), needs_mesh);
   if (problems.empty() && meshes && options.inputs.empty())
     problems.push_back(
@@ -157,7 +158,7 @@ void resolve_describe_options(DescribeOptions& options) {
       problems.push_back("--shard describes a part of the rows: name another store for it with -o");
   }
   resolve_work_options(options);
-  if (!problems.empty()) throw UsageError(fmt::format("{}", fmt::join(problems, "\n")));
+  if (!problems.empty()) throw UsageError(joined_texts(problems, "\n"));
 }
 
 // The columns that a descriptor is made from, beside the points.
@@ -215,9 +216,9 @@ Command add_describe_command(Command& program, DescribeOptions& options) {
                      fmt::format("The inputs of `meander run`, for {}; files are found by their ids",
                                  described_by_meshes()));
   command
-      .add_option(
-          "--descriptors", options.descriptors,
-          fmt::format("One or more of {}, separated by commas; required", fmt::join(descriptor_names, ",")))
+      .add_option("--descriptors", options.descriptors,
+                  fmt::format("One or more of {}, separated by commas; required",
+                              joined_texts(descriptor_names, ",")))
       .common();
   command.add_option("-o,--output", options.output, "Write to this store instead").common();
   options.settings.add(command, describe_settings(), options.describe);

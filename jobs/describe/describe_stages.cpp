@@ -13,6 +13,7 @@
 #include "io/store/row_codec.h"
 #include "jobs/cli/usage_error.h"
 #include "jobs/rows/descriptor_choice.h"
+#include "kernels/core/joined_texts.h"
 #include "kernels/mesh/prepare_mesh.h"
 #include "pipeline/memory_estimate.h"
 
@@ -103,7 +104,7 @@ void arrange_descriptors(const Describer& describer, const DescribeFailed& faile
   }
   if (!lacking.empty())
     failed(item,
-           {Status::ok, fmt::format("{} could not be made of this model", fmt::join(lacking, " and "))});
+           {Status::ok, fmt::format("{} could not be made of this model", joined_texts(lacking, " and "))});
   present = std::move(arranged);
 }
 
@@ -114,7 +115,7 @@ Describer make_describer(const StoreHeader& header, const DescribeParameters& de
   parameters.samples = header.samples;
   parameters.describe = describe;
   const std::vector<std::string> problems = validate(parameters);
-  if (!problems.empty()) throw UsageError(fmt::format("{}", fmt::join(problems, "\n")));
+  if (!problems.empty()) throw UsageError(joined_texts(problems, "\n"));
   Describer describer;
   describer.header = &header;
   describer.points = describer.meshes = parameters;

@@ -17,6 +17,7 @@
 #include "jobs/cli/units.h"
 #include "jobs/cli/usage_error.h"
 #include "jobs/export/export_format.h"
+#include "kernels/core/joined_texts.h"
 #include "kernels/core/spelling.h"
 #include "kernels/sample/point_frames.h"
 
@@ -43,7 +44,7 @@ std::string array_problem(const std::string& name) {
   const std::vector<std::string> names = array_names();
   if (std::find(names.begin(), names.end(), name) != names.end()) return {};
   const std::string near = nearest(name, names);
-  return fmt::format("--arrays: `{}` is none of {}, attribute:NAME{}", name, fmt::join(names, ", "),
+  return fmt::format("--arrays: `{}` is none of {}, attribute:NAME{}", name, joined_texts(names),
                      near.empty() ? "" : fmt::format("; did you mean `{}`?", near));
 }
 
@@ -209,7 +210,7 @@ void add_array_export_options(const Command& whole, ArrayExport& options) {
                   fmt::format("{}: arrays, separated by commas (default: points,normals and, of "
                               "a store with colors, rgb): {}, attribute:NAME; points_rgb: N x 6, the colors "
                               "from 0 to 1",
-                              formats_with(ExportContent::arrays), fmt::join(array_names(), ", ")))
+                              formats_with(ExportContent::arrays), joined_texts(array_names())))
       .separator(',');
   command
       .add_option("--shard-bytes", options.shard_bytes,

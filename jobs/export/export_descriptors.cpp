@@ -20,6 +20,7 @@
 #include "jobs/export/export_format.h"
 #include "jobs/rows/descriptor_choice.h"
 #include "jobs/rows/retrieve_base.h"
+#include "kernels/core/joined_texts.h"
 #include "kernels/core/parallel.h"
 #include "kernels/retrieve/descriptor_distance.h"
 
@@ -123,13 +124,13 @@ std::string label_of(const StoreReader& store, std::uint64_t row) {
 
 void write_csv(const StoreReader& store, const DescribedRows& table,
                const std::function<void(std::string_view)>& put) {
-  put(fmt::format("id,label,{}\n", fmt::join(table.columns(), ",")));
+  put(fmt::format("id,label,{}\n", joined_texts(table.columns(), ",")));
   table.visit_blocks([&](std::span<const std::uint64_t> rows, std::span<const float> values) {
     std::string text;
     for (std::size_t i = 0; i < rows.size(); ++i) {
       text += csv_cell(store.id(rows[i])) + "," + label_of(store, rows[i]);
       for (const float value : values.subspan(i * table.width(), table.width()))
-        fmt::format_to(std::back_inserter(text), ",{}", value);
+        text += fmt::format(",{}", value);
       text += "\n";
     }
     put(text);

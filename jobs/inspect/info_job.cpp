@@ -28,6 +28,7 @@
 #include "jobs/inputs/store_items.h"
 #include "jobs/rows/descriptor_choice.h"
 #include "jobs/rows/run_summary.h"
+#include "kernels/core/joined_texts.h"
 #include "kernels/sample/sample_colors.h"
 
 namespace meander {
@@ -144,12 +145,11 @@ int show_item(const StoreReader& store, const InfoOptions& options) {
   if (store.columns().has(&Samples::rgb))
     fmt::print("  colors            {}, {} of {} samples have the fill {}\n", name_of(r.color_source),
                r.color_fills, store.samples(), color_fill);
-  if (r.lacks != 0)
-    fmt::print("  lacks             {}\n", fmt::join(lacking_columns(store.columns(), r), ", "));
+  if (r.lacks != 0) fmt::print("  lacks             {}\n", joined_texts(lacking_columns(store.columns(), r)));
   for (const auto& [attribute, names] : class_names(store, row)) {
     constexpr std::size_t max_shown = 20;
     const std::span<const std::string> shown = std::span(names).first(std::min(names.size(), max_shown));
-    fmt::print("  {:<18}{}{}\n", attribute, fmt::join(shown, ", "),
+    fmt::print("  {:<18}{}{}\n", attribute, joined_texts(shown),
                names.size() > max_shown ? fmt::format(", ... ({} in all; --json)", names.size()) : "");
   }
   for (const DescriptorRow& descriptor : store.read_row(row).descriptors)
@@ -197,7 +197,7 @@ void show_counts(const StoreReader& store, const StoreSummary& summary) {
   if (summary.has_colors) print_counts("colors: ", color_source_names, summary.by_color_source);
   if (summary.rows_with_fills > 0) fmt::print("  {:<20}{:>10}\n", "color fills", summary.rows_with_fills);
   if (store.columns().are_chosen())
-    fmt::print("  columns {}\n", fmt::join(store::column_list(store.columns()), ", "));
+    fmt::print("  columns {}\n", joined_texts(store::column_list(store.columns())));
   print_lacking(summary);
   print_tallies(summary);
   std::vector<std::uint64_t> members(store.label_names().size(), 0);

@@ -7,6 +7,7 @@
 #include "jobs/cli/output_guard.h"
 #include "jobs/laboratory/commands.h"
 #include "jobs/laboratory/python_program.h"
+#include "kernels/core/joined_texts.h"
 
 namespace meander {
 
@@ -28,7 +29,7 @@ std::vector<std::string> words_of(const FiguresOptions& options) {
   const auto add = [&](const std::string& name, const std::string& value) {
     if (!value.empty()) words.push_back(name + "=" + value);  // views begin with a minus
   };
-  add("--only", fmt::format("{}", fmt::join(options.only, ",")));
+  add("--only", joined_texts(options.only, ","));
   add("--up", options.up);
   add("--view", options.view);
   if (options.size > 0) add("--size", std::to_string(options.size));

@@ -11,6 +11,7 @@
 #include "io/archive/model_bytes.h"
 #include "io/mesh/mesh_reader.h"
 #include "jobs/laboratory/picture_options.h"
+#include "kernels/core/joined_texts.h"
 #include "kernels/core/parallel.h"
 #include "kernels/mesh/prepare_mesh.h"
 #include "kernels/render/picture_camera.h"
@@ -178,7 +179,7 @@ std::string words_below(const StoreReader& store, const PicturedRow& row, const 
   std::uint64_t notes = 0;
   for (const std::uint32_t count : row.report.notes) notes += count > 0;
   if (notes > 0) words.push_back(fmt::format("{} note{}", notes, notes == 1 ? "" : "s"));
-  return fmt::format("{}", fmt::join(words, ", "));
+  return joined_texts(words);
 }
 
 }  // namespace

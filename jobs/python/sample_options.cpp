@@ -13,6 +13,7 @@
 
 #include "io/json/json_reader.h"
 #include "jobs/cli/settings.h"
+#include "kernels/core/joined_texts.h"
 #include "kernels/density/density_text.h"
 #include "kernels/density/formula_density.h"
 #include "kernels/model/remesh_model.h"
@@ -80,7 +81,7 @@ void take_keywords(const Members& members, std::span<const SettingList<Settings>
 }
 
 void throw_problems(const std::vector<std::string>& problems) {
-  if (!problems.empty()) throw std::invalid_argument(fmt::format("{}", fmt::join(problems, "\n")));
+  if (!problems.empty()) throw std::invalid_argument(joined_texts(problems, "\n"));
 }
 
 // Numbers that the mesh has itself. True where the density is that.

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "kernels/core/joined_texts.h"
+
 namespace meander {
 
 namespace {
@@ -70,7 +72,7 @@ std::string stored_words(const StoreColumns& columns) {
   std::vector<std::string> words = {"points"};
   for (std::size_t c = 0; c < sample_columns.size(); ++c)
     if (is_choice(sample_columns[c]) && columns.has(c)) add_word(sample_columns[c].recorded_word(), words);
-  return fmt::format("{}", fmt::join(words, ","));
+  return joined_texts(words, ",");
 }
 
 }  // namespace meander

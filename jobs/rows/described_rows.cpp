@@ -8,6 +8,7 @@
 
 #include "jobs/cli/usage_error.h"
 #include "jobs/rows/descriptor_choice.h"
+#include "kernels/core/joined_texts.h"
 #include "kernels/core/spelling.h"
 
 namespace meander {
@@ -78,7 +79,7 @@ std::vector<DescriptorTerm> chosen_descriptors(const StoreReader& store, const s
       const std::string near = nearest(term.name, names);
       throw UsageError(fmt::format("the store has no descriptor `{}`{}; it has {}", term.name,
                                    near.empty() ? "" : ", did you mean `" + near + "`?",
-                                   fmt::join(names, ", ")));
+                                   joined_texts(names)));
     }
     chosen.push_back({there[static_cast<std::size_t>(at - names.begin())], term.weight});
   }

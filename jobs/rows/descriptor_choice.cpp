@@ -1,4 +1,5 @@
 #include "jobs/rows/descriptor_choice.h"
+#include "kernels/core/joined_texts.h"
 
 #include <fmt/format.h>
 
@@ -20,7 +21,7 @@ DescriptorSchema schema_of(const DescriptorGroup& group, const DescribeParameter
   }
   if (!group.has_bins) {
     schema.width = static_cast<std::uint32_t>(group.columns.size());
-    schema.attributes.emplace_back(columns_attribute, fmt::format("{}", fmt::join(group.columns, ",")));
+    schema.attributes.emplace_back(columns_attribute, joined_texts(group.columns, ","));
     return schema;
   }
   const std::string_view range = !group.range.empty() ? group.range
@@ -41,11 +42,11 @@ std::vector<DescriptorSchema> schemas_of(const DescribeParameters& parameters) {
     schemas.push_back(schema_of(group, parameters));
     if (group.version > 1) schemas.back().attributes.emplace_back("version", std::to_string(group.version));
     for (const CompanionRow& row : group.companions)
-      schemas.push_back({std::string(row.name),
-                         static_cast<std::uint32_t>(row.columns.size()),
-                         {{"value", std::string(row.value)},
-                          {columns_attribute, fmt::format("{}", fmt::join(row.columns, ","))}},
-                         "descriptors"});
+      schemas.push_back(
+          {std::string(row.name),
+           static_cast<std::uint32_t>(row.columns.size()),
+           {{"value", std::string(row.value)}, {columns_attribute, joined_texts(row.columns, ",")}},
+           "descriptors"});
   }
   return schemas;
 }

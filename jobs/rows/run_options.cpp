@@ -13,6 +13,7 @@
 #include "jobs/rows/attribute_types.h"
 #include "jobs/rows/column_options.h"
 #include "jobs/rows/laboratory.h"
+#include "kernels/core/joined_texts.h"
 #include "kernels/model/sample_settings.h"
 
 namespace meander {
@@ -89,8 +90,7 @@ void resolve_retry(RunOptions& options, const RunOptionTexts& texts, std::vector
   for (const std::string& word : texts.retry)
     if (!add_retry_word(word, options.retry))
       problems.push_back("--retry: `" + word + "` is neither a status of a failed item (" +
-                         fmt::format("{}", fmt::join(status_names.begin() + 1, status_names.end(), ", ")) +
-                         ") nor `changed` nor `vanished`");
+                         joined_texts(std::span(status_names).subspan(1)) + ") nor `changed` nor `vanished`");
 }
 
 }  // namespace
@@ -217,7 +217,7 @@ void resolve_run_options(RunOptions& options, const RunOptionTexts& texts, const
   if (!options.reuse.empty() && sample.tensor.kind == TensorKind::table)
     problems.push_back("--reuse identifies rows by their mesh alone, not by the tensors of `--tensor file:`");
   if (options.fresh && !texts.retry.empty()) problems.push_back("--fresh discards what --retry would keep");
-  if (!problems.empty()) throw UsageError(fmt::format("{}", fmt::join(problems, "\n")));
+  if (!problems.empty()) throw UsageError(joined_texts(problems, "\n"));
   options.parameters_json = recorded_parameters(options);
 }
 

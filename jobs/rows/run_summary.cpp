@@ -17,6 +17,7 @@
 #include "jobs/inputs/input_options.h"
 #include "jobs/rows/described_rows.h"
 #include "kernels/core/instruction_set.h"
+#include "kernels/core/joined_texts.h"
 #include "kernels/sample/sample_colors.h"
 #include "meander_version.h"
 
@@ -263,7 +264,7 @@ void print_lacking(const StoreSummary& summary, const NearAttributes& near) {
   for (const std::string& name : summary.absent) {
     const std::vector<std::string> names = near ? near(name) : std::vector<std::string>();
     fmt::print("  no model has the attribute `{}`{}\n", name,
-               names.empty() ? std::string() : fmt::format("; they have `{}`", fmt::join(names, "`, `")));
+               names.empty() ? std::string() : fmt::format("; they have `{}`", joined_texts(names, "`, `")));
   }
   for (const auto& [column, rows] : summary.lacking)
     if (rows > 0)

@@ -10,6 +10,7 @@
 
 #include "io/json/json_tree.h"
 #include "jobs/cli/usage_error.h"
+#include "kernels/core/joined_texts.h"
 #include "kernels/core/spelling.h"
 #include "kernels/core/status.h"
 
@@ -149,7 +150,7 @@ SampleColoring coloring_named(const StoreReader& store, const std::string& word,
   const std::string near = nearest(word, words);
   throw UsageError(fmt::format("{}: no color for `{}`: {}{}; there are {}", option, word, why,
                                near.empty() ? "" : fmt::format(" (did you mean `{}`?)", near),
-                               fmt::join(words, ", ")));
+                               joined_texts(words)));
 }
 
 std::string coloring_words() {

@@ -10,6 +10,7 @@
 #include "jobs/cli/usage_error.h"
 #include "jobs/rows/descriptor_choice.h"
 #include "jobs/rows/run_options.h"
+#include "kernels/core/joined_texts.h"
 #include "kernels/model/sample_settings.h"
 
 namespace meander {
@@ -43,7 +44,7 @@ SampleParameters sample_parameters(const std::string& path, const std::string& p
   settle(sample, given);
   sample.columns[&Samples::rgb] = reads_textures(sample.density.kind);
   if (const std::vector<std::string> problems = validate(sample); !problems.empty())
-    throw refuse(fmt::format("{}", fmt::join(problems, "; ")));
+    throw refuse(joined_texts(problems, "; "));
   if (const Members made = of_samples(recorded_parameters(options)); made != stored)
     throw refuse(parameter_differences(join_members(stored), join_members(made)));
   if (method_of(sample).follows_tensor && sample.tensor.kind == TensorKind::table)
@@ -74,7 +75,7 @@ DescribeParameters describe_parameters(const std::string& path, const std::strin
                    [&](const DescriptorGroup& g) { return makes_row(g.descriptor, schema.name); });
   if (group == descriptor_groups.end())
     throw UsageError(fmt::format("the descriptor {} of `{}` is not one that this program makes ({})",
-                                 schema.name, path, fmt::join(descriptor_names, ", ")));
+                                 schema.name, path, joined_texts(descriptor_names)));
   if (schema.name == group->name && version_of(schema) != group->version)
     throw UsageError(
         fmt::format("the descriptor {} of `{}` is version {}, this program makes version {}: `meander "

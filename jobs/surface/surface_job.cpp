@@ -29,6 +29,7 @@
 #include "jobs/rows/column_options.h"
 #include "kernels/core/expression.h"
 #include "kernels/core/failure.h"
+#include "kernels/core/joined_texts.h"
 #include "kernels/core/parallel.h"
 #include "kernels/surface/sample_surface.h"
 #include "kernels/surface/surface_row.h"
@@ -93,7 +94,7 @@ void resolve(SurfaceOptions& options) {
   options.settings.finish(problems);
   if (problems.empty()) problems = validate(options.sample);
   options.columns.left_out = parse_left_out(options.stored, options.columns, problems);
-  if (!problems.empty()) throw UsageError(fmt::format("{}", fmt::join(problems, "\n")));
+  if (!problems.empty()) throw UsageError(joined_texts(problems, "\n"));
 }
 
 std::string recorded_parameters(const SurfaceOptions& options) {

@@ -8,7 +8,7 @@ template <class Text>
 std::string joined(std::span<const Text> texts, std::string_view between) {
   std::string all;
   for (const Text& text : texts) {
-    if (!all.empty()) all += between;
+    if (&text != texts.data()) all += between;
     all += text;
   }
   return all;
