@@ -269,19 +269,19 @@ LaboratoryResult kept_by_elimination(const LaboratoryArguments& given) {
   return result;
 }
 
-constexpr LaboratoryFunction functions[] = {{"working_surface", working_surface},
-                                            {"weighted_by_lifted_area", weighted_by_lifted_area},
-                                            {"points_of_samples", points_of_samples},
-                                            {"distance_shares", distance_shares},
-                                            {"known_distance_shares", known_distance_shares},
-                                            {"histogram_errors", histogram_errors},
-                                            {"nearest_of_points", nearest_of_points},
-                                            {"geodesic_shares", geodesic_shares},
-                                            {"measures_of_sets", measures_of_sets},
-                                            {"kept_by_elimination", kept_by_elimination}};
+constexpr LaboratoryFunction histogram_table[] = {{"working_surface", working_surface},
+                                                  {"weighted_by_lifted_area", weighted_by_lifted_area},
+                                                  {"points_of_samples", points_of_samples},
+                                                  {"distance_shares", distance_shares},
+                                                  {"known_distance_shares", known_distance_shares},
+                                                  {"histogram_errors", histogram_errors},
+                                                  {"nearest_of_points", nearest_of_points},
+                                                  {"geodesic_shares", geodesic_shares},
+                                                  {"measures_of_sets", measures_of_sets},
+                                                  {"kept_by_elimination", kept_by_elimination}};
 
 }  // namespace
 
-const std::span<const LaboratoryFunction> histogram_functions = functions;
+const std::span<const LaboratoryFunction> histogram_functions = histogram_table;
 
 }  // namespace meander

@@ -221,18 +221,18 @@ LaboratoryResult radial(const LaboratoryArguments& given) {
   return result;
 }
 
-constexpr LaboratoryFunction functions[] = {{"points_in_square", points_in_square},
-                                            {"square_discrepancy", square_discrepancy},
-                                            {"box_errors", box_errors_on_mesh},
-                                            {"spacing_on_mesh", spacing_on_mesh},
-                                            {"mode_errors", mode_errors},
-                                            {"density_discrepancy", density_discrepancy},
-                                            {"power_spectrum", power_spectrum},
-                                            {"differences", differences},
-                                            {"radial", radial}};
+constexpr LaboratoryFunction measure_table[] = {{"points_in_square", points_in_square},
+                                                {"square_discrepancy", square_discrepancy},
+                                                {"box_errors", box_errors_on_mesh},
+                                                {"spacing_on_mesh", spacing_on_mesh},
+                                                {"mode_errors", mode_errors},
+                                                {"density_discrepancy", density_discrepancy},
+                                                {"power_spectrum", power_spectrum},
+                                                {"differences", differences},
+                                                {"radial", radial}};
 
 }  // namespace
 
-const std::span<const LaboratoryFunction> measure_functions = functions;
+const std::span<const LaboratoryFunction> measure_functions = measure_table;
 
 }  // namespace meander

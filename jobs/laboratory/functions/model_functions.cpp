@@ -87,10 +87,10 @@ LaboratoryResult samples(const LaboratoryArguments& given) {
   return result;
 }
 
-constexpr LaboratoryFunction functions[] = {{"stage", stage}, {"samples", samples}};
+constexpr LaboratoryFunction model_table[] = {{"stage", stage}, {"samples", samples}};
 
 }  // namespace
 
-const std::span<const LaboratoryFunction> model_functions = functions;
+const std::span<const LaboratoryFunction> model_functions = model_table;
 
 }  // namespace meander

@@ -100,11 +100,11 @@ LaboratoryResult palette(const LaboratoryArguments&) {
   return result;
 }
 
-constexpr LaboratoryFunction functions[] = {
+constexpr LaboratoryFunction picture_table[] = {
     {"picture", picture}, {"default_view", view_by_default}, {"palette", palette}};
 
 }  // namespace
 
-const std::span<const LaboratoryFunction> picture_functions = functions;
+const std::span<const LaboratoryFunction> picture_functions = picture_table;
 
 }  // namespace meander

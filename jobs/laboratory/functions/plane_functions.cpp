@@ -202,14 +202,14 @@ LaboratoryResult sphere_discrepancy(const LaboratoryArguments& given) {
   return result;
 }
 
-constexpr LaboratoryFunction functions[] = {{"surface_curve", surface_curve},
-                                            {"surface_samples", surface_samples},
-                                            {"curve_cells", curve_cells},
-                                            {"points_on_sphere", points_on_sphere},
-                                            {"sphere_discrepancy", sphere_discrepancy}};
+constexpr LaboratoryFunction plane_table[] = {{"surface_curve", surface_curve},
+                                              {"surface_samples", surface_samples},
+                                              {"curve_cells", curve_cells},
+                                              {"points_on_sphere", points_on_sphere},
+                                              {"sphere_discrepancy", sphere_discrepancy}};
 
 }  // namespace
 
-const std::span<const LaboratoryFunction> plane_functions = functions;
+const std::span<const LaboratoryFunction> plane_functions = plane_table;
 
 }  // namespace meander

@@ -228,11 +228,11 @@ LaboratoryResult strokes(const LaboratoryArguments& given) {
   return result;
 }
 
-constexpr LaboratoryFunction functions[] = {
+constexpr LaboratoryFunction splat_table[] = {
     {"splats", splats}, {"view_detail", view_detail_of}, {"strokes", strokes}};
 
 }  // namespace
 
-const std::span<const LaboratoryFunction> splat_functions = functions;
+const std::span<const LaboratoryFunction> splat_functions = splat_table;
 
 }  // namespace meander

@@ -237,14 +237,14 @@ LaboratoryResult mesh_distances(const LaboratoryArguments& given) {
   return result;
 }
 
-constexpr LaboratoryFunction functions[] = {{"surface_points", surface_points},
-                                            {"mesh_curve", mesh_curve},
-                                            {"set_errors", set_errors},
-                                            {"simplified", simplified},
-                                            {"mesh_distances", mesh_distances}};
+constexpr LaboratoryFunction surface_table[] = {{"surface_points", surface_points},
+                                                {"mesh_curve", mesh_curve},
+                                                {"set_errors", set_errors},
+                                                {"simplified", simplified},
+                                                {"mesh_distances", mesh_distances}};
 
 }  // namespace
 
-const std::span<const LaboratoryFunction> surface_functions = functions;
+const std::span<const LaboratoryFunction> surface_functions = surface_table;
 
 }  // namespace meander

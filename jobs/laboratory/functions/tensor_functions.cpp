@@ -293,16 +293,16 @@ LaboratoryResult difference_dip(const LaboratoryArguments& given) {
   return result;
 }
 
-constexpr LaboratoryFunction functions[] = {{"field_singularities", field_singularities},
-                                            {"segment_charts", segment_charts},
-                                            {"segment_curves", segment_curves},
-                                            {"segment_pieces", segment_pieces},
-                                            {"metric_discrepancy", metric_discrepancy},
-                                            {"tensor_differences", tensor_differences},
-                                            {"difference_dip", difference_dip}};
+constexpr LaboratoryFunction tensor_table[] = {{"field_singularities", field_singularities},
+                                               {"segment_charts", segment_charts},
+                                               {"segment_curves", segment_curves},
+                                               {"segment_pieces", segment_pieces},
+                                               {"metric_discrepancy", metric_discrepancy},
+                                               {"tensor_differences", tensor_differences},
+                                               {"difference_dip", difference_dip}};
 
 }  // namespace
 
-const std::span<const LaboratoryFunction> tensor_functions = functions;
+const std::span<const LaboratoryFunction> tensor_functions = tensor_table;
 
 }  // namespace meander
