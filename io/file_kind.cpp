@@ -61,7 +61,7 @@ bool is_text(const Head& head) {
   return true;
 }
 
-std::string_view without_blanks(std::string_view text) {
+std::string_view after_blanks(std::string_view text) {
   text = without_byte_order_mark(text);
   const std::size_t at = text.find_first_not_of(" \t\r\n\f");
   return at == std::string_view::npos ? std::string_view{} : text.substr(at);
@@ -75,7 +75,7 @@ std::vector<std::string_view> lines_of(const Head& head) {
     const std::size_t end = rest.find_first_of("\r\n");
     if (end == std::string_view::npos && !head.whole()) break;
     const std::string_view line = rest.substr(0, end);
-    if (!without_blanks(line).empty()) lines.push_back(without_blanks(line));
+    if (!after_blanks(line).empty()) lines.push_back(after_blanks(line));
     rest.remove_prefix(end == std::string_view::npos ? rest.size() : end + 1);
   }
   return lines;
@@ -83,7 +83,7 @@ std::vector<std::string_view> lines_of(const Head& head) {
 
 std::vector<std::string_view> words_of(std::string_view line) {
   std::vector<std::string_view> words;
-  for (line = without_blanks(line); !line.empty(); line = without_blanks(line)) {
+  for (line = after_blanks(line); !line.empty(); line = after_blanks(line)) {
     const std::size_t end = std::min(line.find_first_of(" \t\r\n\f"), line.size());
     words.push_back(line.substr(0, end));
     line.remove_prefix(end);
@@ -143,13 +143,13 @@ bool is_xyz(const std::vector<std::string_view>& lines) {
 // An object, or an array that an .ini file's [section] is not.
 bool is_json(std::string_view text) {
   if (!text.starts_with('{') && !text.starts_with('[')) return false;
-  const std::string_view inside = without_blanks(text.substr(1));
+  const std::string_view inside = after_blanks(text.substr(1));
   return text.starts_with('{') ? inside.starts_with('"') || inside.starts_with('}')
                                : inside.find_first_of("\"{[]-0123456789") == 0;
 }
 
 FileKind text_kind(const Head& head) {
-  const std::string_view text = without_blanks(head.bytes);
+  const std::string_view text = after_blanks(head.bytes);
   if (text.starts_with('<')) {
     const std::string start = lower_ascii(text.substr(0, 4096));
     if (start.starts_with("<!doctype html") || start.starts_with("<html")) return FileKind::html;

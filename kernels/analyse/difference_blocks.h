@@ -6,10 +6,10 @@
 #include <cmath>
 #include <numbers>
 #include <span>
-#include <stdexcept>
 #include <vector>
 
 #include "kernels/analyse/differential_domain.h"
+#include "kernels/analyse/require.h"
 #include "kernels/core/parallel.h"
 
 namespace meander::differences {
@@ -20,10 +20,6 @@ inline constexpr std::size_t most_map_cells =
 inline constexpr double cut_off = 3;         // standard deviations of the kernel
 inline constexpr double widest_kernel = 64;  // cells
 inline constexpr std::size_t most_weights = 2 * static_cast<std::size_t>(cut_off * widest_kernel) + 2;
-
-inline void require(bool fine, const char* what) {
-  if (!fine) throw std::invalid_argument(what);
-}
 
 inline void check_finite(std::span<const double> values) {
   for (const double value : values)

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <stdexcept>
 #include <vector>
 
 #include "kernels/analyse/point_index.h"
+#include "kernels/analyse/require.h"
 #include "kernels/core/random.h"
 
 namespace meander {
@@ -89,9 +89,6 @@ double triangle_error(const PointIndex<2>& points, ShapeNumbers numbers) {
 AnisotropicDiscrepancy anisotropic_discrepancy(std::span<const double> x, std::span<const double> y,
                                                TangentTensor log_spacing,
                                                const AnisotropicDiscrepancyParameters& parameters) {
-  const auto require = [](bool fine, const char* what) {
-    if (!fine) throw std::invalid_argument(what);
-  };
   require(!x.empty() && x.size() == y.size(), "a discrepancy needs points, and as many x as y");
   for (std::size_t i = 0; i < x.size(); ++i)
     require(std::isfinite(x[i]) && std::isfinite(y[i]), "points must be finite");

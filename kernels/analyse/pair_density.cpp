@@ -4,17 +4,13 @@
 #include <array>
 #include <cmath>
 #include <numbers>
-#include <stdexcept>
 
+#include "kernels/analyse/require.h"
 #include "kernels/tensor/tangent_tensor.h"
 
 namespace meander {
 
 namespace {
-
-void require(bool fine, const char* what) {
-  if (!fine) throw std::invalid_argument(what);
-}
 
 constexpr double outskirts = 0.6;  // of the range: farther out is no dip
 

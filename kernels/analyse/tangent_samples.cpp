@@ -1,15 +1,12 @@
 #include "kernels/analyse/tangent_samples.h"
 
 #include <cmath>
-#include <stdexcept>
+
+#include "kernels/analyse/require.h"
 
 namespace meander {
 
 namespace {
-
-void require(bool fine, const char* what) {
-  if (!fine) throw std::invalid_argument(what);
-}
 
 Vector3 finite_at(std::span<const double> triples, std::size_t i) {
   const Vector3 v{triples[3 * i], triples[3 * i + 1], triples[3 * i + 2]};
