@@ -71,10 +71,10 @@ function(meander_library name)
   target_link_libraries(meander_${name} PRIVATE $<BUILD_INTERFACE:meander_flags>)
 endfunction()
 
-# meander_group_sources(TARGET...): in a unity build (CMAKE_UNITY_BUILD), up to sixteen sources are compiled together: those
-# of one folder, and those of neighboring folders of a target that have fewer than eight each, since what they all include
-# takes two seconds to read. Sources of one group must not give two meanings to one name. Every other build compiles each
-# source for itself.
+# meander_group_sources(TARGET...): in a unity build (CMAKE_UNITY_BUILD), about sixteen sources are compiled together:
+# those of one folder, and those of neighboring folders of a target that have fewer than eight each, since what they all
+# include takes two seconds to read. Sources of one group must not give two meanings to one name. Every other build compiles
+# each source for itself.
 function(meander_group_sources)
   foreach(target ${ARGN})
     get_target_property(sources ${target} SOURCES)
@@ -89,20 +89,35 @@ function(meander_group_sources)
       list(APPEND paths "${source}")
       list(APPEND folders "${folder}")
     endforeach()
-    foreach(source folder IN ZIP_LISTS paths folders)
-      set(alike ${folders})
-      list(FILTER alike INCLUDE REGEX "^${folder}$")
-      list(LENGTH alike size)
-      if(size LESS 8 AND folder MATCHES "/")
-        cmake_path(GET folder PARENT_PATH folder)
+    set(neighborhoods)
+    foreach(folder IN LISTS folders)
+      meander_count(size "${folder}" ${folders})
+      if(size LESS 8)
+        if(folder MATCHES "/")
+          cmake_path(GET folder PARENT_PATH folder)
+        endif()
         string(APPEND folder "_small")
       endif()
       string(MAKE_C_IDENTIFIER "${folder}" folder)
+      list(APPEND neighborhoods "${folder}")
+      set(count_${folder} 0)
+    endforeach()
+    foreach(source folder IN ZIP_LISTS paths neighborhoods)
+      meander_count(size "${folder}" ${neighborhoods})
+      math(EXPR groups "(${size} + 8) / 16")
+      math(EXPR group "${count_${folder}} * ${groups} / ${size}")
       math(EXPR count_${folder} "${count_${folder}} + 1")
-      math(EXPR group "(${count_${folder}} - 1) / 16")
       set_source_files_properties(${source} TARGET_DIRECTORY ${target} PROPERTIES UNITY_GROUP ${folder}_${group})
     endforeach()
   endforeach()
+endfunction()
+
+# meander_count(RESULT ITEM LIST...): how often the item is in the list.
+function(meander_count result item)
+  set(alike ${ARGN})
+  list(FILTER alike INCLUDE REGEX "^${item}$")
+  list(LENGTH alike size)
+  set(${result} ${size} PARENT_SCOPE)
 endfunction()
 
 # What most sources include, or headers of theirs do. Compiled once for the sources of a target in a unity build, it takes
