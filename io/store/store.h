@@ -18,7 +18,7 @@ enum class Compression : std::uint8_t {
 // The format version that stores are written in; older ones are read.
 inline constexpr std::uint32_t store_format_version = 6;
 // Raised whenever the same input gives other points.
-inline constexpr std::uint32_t store_method_version = 18;
+inline constexpr std::uint32_t store_method_version = 19;
 
 // One descriptor dataset: its width and the attributes that explain its bins. `group` is the folder of the
 // file that it stands in: descriptors, anisotropy, or certificate for measures of the samples themselves.

@@ -8,7 +8,7 @@ namespace {
 
 // Distances below this, in units of the points, are not told apart: their squares would leave the range of
 // float.
-constexpr float least_reach = 1e-15f;
+constexpr float least_spacing = 1e-15f;
 
 }  // namespace
 
@@ -33,8 +33,8 @@ OfferedStrata offer_leaves(const Strata& strata, const Offer& offer, const Cance
         per_mass += 1 / points[k].density;
       }
       leaves.places.store(leaf, at);
-      leaves.reach[leaf] =
-          std::max(static_cast<float>(reach * std::sqrt(mass * per_mass / candidates)), least_reach);
+      leaves.spacing[leaf] =
+          std::max(static_cast<float>(std::sqrt(mass * per_mass / candidates)), least_spacing);
       if (!leaves.metric.empty()) leaves.metric[leaf] = strata.metric(points[0]);
     }
   });
@@ -56,11 +56,12 @@ OfferedStrata offer_blocks(const OfferedStrata& leaves, int level, const Offer& 
         const PlaceName name = offer.in_leaf({static_cast<std::uint32_t>(level), stratum, k});
         const Point place = leaves.places.place(name.stratum, name.number);
         at[k] = {place.x, place.y, place.z};
-        area += double(leaves.reach[name.stratum]) * leaves.reach[name.stratum];
+        area += double(leaves.spacing[name.stratum]) * leaves.spacing[name.stratum];
         if (k == 0 && !leaves.metric.empty()) result.metric[s] = leaves.metric[name.stratum];
       }
       result.places.store(s, at);
-      result.reach[s] = static_cast<float>(std::sqrt(area / candidates * blocks.size(stratum)));
+      // Strata of a level differ by at most one leaf: the spacing is that of its samples.
+      result.spacing[s] = static_cast<float>(std::sqrt(area / candidates * blocks.leaves / blocks.count));
     }
   });
   return result;

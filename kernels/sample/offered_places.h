@@ -12,16 +12,18 @@
 
 #include "kernels/core/cancel.h"
 #include "kernels/core/random.h"
-#include "kernels/sample/room.h"
+#include "kernels/sample/kernel_sums.h"
 #include "kernels/sample/spaced_samples.h"
 #include "kernels/sample/stratum_grid.h"
 
 namespace meander::spaced {
 
-// Samples farther apart than this do not know of each other.
-inline constexpr double reach = 1.1;
+// Samples farther apart than this do not know of each other, in spacings: sqrt(area of a stratum).
+inline constexpr double kernel_reach = 3;
 // Strata that one task draws.
 inline constexpr std::size_t draw_block = 256;
+// How much of its stratum the places near one lie in, in shares.
+inline constexpr double near_width = 2;
 
 // The strata of one level: equal runs of leaves, which are the strata of the whole set.
 struct LeafBlocks {
@@ -47,6 +49,11 @@ struct Levels {
 struct PlaceName {
   std::uint32_t level = 0, stratum = 0, number = 0;
 };
+
+// Numbers of places: those that all strata offer at first; new ones of repairs, in passes; and new ones in
+// and beside the share of another place, whose number is known.
+inline constexpr std::uint32_t near_place = 0x80000000u;
+inline constexpr std::uint32_t near_numbers = 0x10000u;  // of places near one share
 
 // What every choice of places follows from.
 struct Offer {
@@ -77,14 +84,29 @@ struct Offer {
     draw.index = index_of(name);
     draw.number = name.number;
     draw.words = words_of(name);
-    const bool first = name.number < parameters.candidates;
-    const std::uint32_t among = first ? parameters.candidates : parameters.repair_candidates;
-    const std::uint32_t share = first ? name.number : (name.number - parameters.candidates) % among;
     const LeafBlocks blocks = levels.blocks(static_cast<int>(name.level));
     const std::uint32_t begin = blocks.begin(name.stratum), size = blocks.size(name.stratum);
-    const double in_stratum = (share + draw.words[0] * 0x1p-32) / among;
+    const double random = draw.words[0] * 0x1p-32;
+    double in_stratum;
+    if ((name.number & near_place) != 0) {
+      const double middle = share_of(name.number) + 0.5;
+      in_stratum = std::clamp((middle + near_width * (random - 0.5)) / parameters.candidates, 0.0, 1.0);
+    } else {
+      const bool first = name.number < parameters.candidates;
+      const std::uint32_t among = first ? parameters.candidates : parameters.repair_candidates;
+      const std::uint32_t share = first ? name.number : (name.number - parameters.candidates) % among;
+      in_stratum = (share + random) / among;
+    }
     draw.at = std::min(begin + in_stratum * size, std::nextafter(double(begin + size), 0.0));
     return draw;
+  }
+
+  // Which of `candidates` shares of its stratum a place lies in, or near.
+  std::uint32_t share_of(std::uint32_t number) const {
+    if ((number & near_place) != 0) return (number & ~near_place) / near_numbers;
+    if (number < parameters.candidates) return number;
+    const std::uint32_t share = (number - parameters.candidates) % parameters.repair_candidates;
+    return share * parameters.candidates / parameters.repair_candidates;
   }
 
   static std::uint64_t index_of(const PlaceName& name) {
@@ -126,10 +148,17 @@ inline void enclose(PointBox& box, const Point& at) {
     box.high[k] = std::max(box.high[k], c[k]);
   }
 }
-inline bool overlap(const PointBox& a, const PointBox& b) {
-  for (std::size_t k = 0; k < 3; ++k)
-    if (a.low[k] > b.high[k] || a.high[k] < b.low[k]) return false;
-  return true;
+// Between the nearest points of two boxes.
+inline float squared_gap(const PointBox& a, const PointBox& b) {
+  float sum = 0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const float gap = std::max({a.low[k] - b.high[k], b.low[k] - a.high[k], 0.0f});
+    sum += gap * gap;
+  }
+  return sum;
+}
+inline bool is_within(const PointBox& box, const Point& at, float distance) {
+  return squared_gap(box, {{at.x, at.y, at.z}, {at.x, at.y, at.z}}) <= distance * distance;
 }
 inline PointBox grown(PointBox box, float by) {
   for (std::size_t k = 0; k < 3; ++k) {
@@ -198,10 +227,10 @@ class OfferedPlaces {
 // The strata of a level, as they are sampled.
 struct OfferedStrata {
   OfferedPlaces places;
-  std::vector<float> reach;         // in units of the points, or of the metric
+  std::vector<float> spacing;       // in units of the points, or of the metric
   std::vector<LocalMetric> metric;  // empty in isotropic sets
   OfferedStrata(std::size_t strata, std::size_t candidates, bool isotropic)
-      : places(strata, candidates), reach(strata), metric(isotropic ? 0 : strata) {}
+      : places(strata, candidates), spacing(strata), metric(isotropic ? 0 : strata) {}
 };
 
 // All leaves: their places are drawn.

@@ -249,8 +249,9 @@ Samples place_samples(const PlaceContext& context, const SurfaceOrder& order, Ou
 
 double sample_bytes(const PlaceParameters& parameters, bool in_metric) {
   constexpr double bytes_per_sample = 160;  // sequence, points twice, row, encoded row
-  // Spaced samples have boxes, positions, names, cells of the grid and chosen places, for all strata and for
-  // the coarser ones; the places that strata offer; and lists of neighbors (up to 192 in stacked sheets).
+  // Spaced samples have boxes, moments, positions, names, cells of the grid and chosen places, for all strata
+  // and for the coarser ones; the places that strata offer and the attraction there; and lists of neighbors
+  // (up to 384 in stacked sheets).
   constexpr double bytes_per_spaced_sample = 250, bytes_per_place = 6, bytes_per_neighbor = 4, neighbors = 60;
   constexpr double bytes_per_metric = 60;
   double bytes = bytes_per_sample;

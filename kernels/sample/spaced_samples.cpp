@@ -9,10 +9,12 @@
 
 #include "kernels/core/check_range.h"
 #include "kernels/core/parallel.h"
+#include "kernels/sample/kernel_sums.h"
 #include "kernels/sample/offered_places.h"
-#include "kernels/sample/room.h"
+#include "kernels/sample/packed_rows.h"
 #include "kernels/sample/sequence.h"
 #include "kernels/sample/stratum_grid.h"
+#include "kernels/sample/stratum_lists.h"
 
 namespace meander {
 
@@ -22,62 +24,89 @@ namespace {
 
 // Spacing of the hexagonal lattice, in sqrt(area of a stratum): sqrt(2 / sqrt(3)).
 constexpr double hexagonal_spacing = 1.0745699318235418;
-// A place at a border has fewer samples around it than the mass there would let one expect, and would win too
-// often by this share of the room of a disc in the plane (measured: docs/METHODS.md 7.5).
-constexpr float border_share = 0.015f;
-// Among samples that are fixed less room is enough, in parts of what is else: there is no more to be had.
-constexpr double held_room = 0.7;
+// Where the short kernel ends beyond the distance that repairs ask for, in parts of that.
+constexpr float short_margin = 0.1f;
+// The surface within reach, over that of a plane, up to which it counts as flat, and from which as a stack of
+// sheets.
+constexpr float flat_fullness = 1.02f, stacked_fullness = 1.15f;
+// Where the surface within reach is more than this times that of a plane, sheets lie on each other, and
+// samples cannot be so far apart.
+constexpr float one_sheet = 2.2f;
+// Weights of the short kernel, while all samples move and in repairs.
+constexpr float short_weight = 2, repair_weight = 10;
+// How much of its own stratum's attraction a place loses for what is missing of the surface around it
+// (measured: docs/METHODS.md 7.5).
+constexpr float border_balance = 1.5f;
+// Strata farther away than this, in spacings, attract by their moments.
+constexpr float near_gap = 0.25f;
 // Strata of at least so many leaves count as equal where some have one more.
 constexpr std::uint32_t nearly_equal_leaves = 256;
+// Twice the trace of the second moments of groups of points is at least so large, so that its root has an
+// inverse.
+constexpr float least_trace = 1e-36f;
 // Cells are at least so large, in mean reaches.
 constexpr double least_cell = 1.0 / 1024;
-// Strata larger than this, in reaches, are torn.
-constexpr float torn_extent = 2;
-// How far from their strata's first places samples are put: in reaches, and in extents of the stratum.
-constexpr float torn_margin = 0.5f, box_margin = 0.125f;
-// Strata that are looked at around one: about 14 on a smooth surface, more where sheets are stacked.
-constexpr std::size_t most_neighbors = 192;
+// Strata larger than this, in spacings, are torn.
+constexpr float torn_extent = 2.2f;
+// How far from their strata's first places samples are put: in spacings, and in extents of the stratum.
+constexpr float torn_margin = 0.55f, box_margin = 0.125f;
+// Strata that are looked at around one: about 50 on a smooth surface, more where sheets are stacked. Where
+// there are more, the stratum looks less far, by this factor each time.
+constexpr std::size_t most_neighbors = 384;
+constexpr float shorter_reach = 0.75f;
+constexpr int most_shortenings = 8;
+// Strata of a run along the path look for their neighbors together, unless the run is longer than this, in
+// what they look across, or has more neighbors.
+constexpr std::uint32_t run_strata = 16;
+constexpr float longest_run = 4;
+constexpr std::size_t most_candidates = 2048;
 // The first level of a progressive set has 2^6 samples.
 constexpr int first_level = 6;
-// The last two levels are one where the last has fewer strata than this times those of the one before.
-constexpr double most_as_one = 1.3;
-// Strata that are visited one after the other. Sets of more than two blocks are swept block by block.
-constexpr std::uint32_t sweep_block = 4096;
-constexpr std::size_t check_block = 64, check_interval = 16;
+// The last two levels of a progressive set are one where the last has fewer strata than this times those of
+// the one before.
+constexpr double most_as_one = 1.6;
+// New places that a sample is offered around its own.
+constexpr std::uint32_t refined_places = 8;
+// Repairs offer up to so many times as many places as the first one.
+constexpr std::uint32_t most_repair_factor = 4;
+// Their short kernel doubles so often: what repels a sample outweighs everything else in the end.
+constexpr unsigned most_doublings = 3;
+// After so many passes the samples around those that are too near are moved too, within this times that
+// distance.
+constexpr std::uint32_t passes_alone = 4;
+constexpr float make_room = 1.6f;
+// where no more than one in so many is too near.
+constexpr std::uint32_t few_left = 64;
+// A sweep visits the strata in so many groups at random; those of one group do not see each other move.
+constexpr std::uint32_t groups = 16;
+constexpr std::size_t check_interval = 16;
 
 // The samples of one level.
 class SpacedLevel {
  public:
-  SpacedLevel(const Strata& strata, const OfferedStrata& offered, int level, const Offer& offer,
-              const CancelToken& cancel)
+  // repair_below: what is too near, in spacings of the hexagonal lattice.
+  SpacedLevel(const Strata& strata, const OfferedStrata& offered, int level, double repair_below,
+              const Offer& offer, const CancelToken& cancel)
       : strata_(strata),
         offered_(offered.places),
-        reach_(offered.reach),
+        spacing_(offered.spacing),
         metric_(offered.metric),
         blocks_(offer.levels.blocks(level)),
         level_(static_cast<std::uint32_t>(level)),
         offer_(offer),
         parameters_(offer.parameters),
+        too_near_(static_cast<float>(hexagonal_spacing * repair_below)),
         cancel_(cancel),
         equal_(blocks_.leaves % blocks_.count == 0 || blocks_.leaves / blocks_.count >= nearly_equal_leaves),
-        torn_(blocks_.count),
-        margin_(blocks_.count),
-        near_begin_(blocks_.count),
-        near_((blocks_.count + draw_block - 1) / draw_block),
+        reach_(blocks_.count, static_cast<float>(kernel_reach)),
+        near_(blocks_.count, draw_block),
         sample_(blocks_.count),
-        number_(blocks_.count) {
-    for (std::uint32_t s = 0; s < blocks_.count; ++s) {
-      const float extent = offered_.extent(s), around = in_space(s, reach_[s]);
-      torn_[s] = extent > torn_extent * around;
-      margin_[s] = torn_[s] ? torn_margin * around : box_margin * extent;
-    }
-  }
+        number_(blocks_.count) {}
 
   // Fixes the sample of a stratum.
   void hold(std::uint32_t stratum, const Point& at) {
     sample_[stratum] = at;
     number_[stratum] = held;
-    any_held_ = true;
   }
 
   // Puts a sample into every stratum that has none, and spaces these out.
@@ -91,163 +120,220 @@ class SpacedLevel {
       sample_[s] = offered_.place(s, number_[s]);
     }
     find_neighbors();
+    find_moments();
+    find_attraction(free);
     for (std::uint32_t sweep = 0; sweep < parameters_.sweeps; ++sweep)
-      visit_all(free, [&](std::uint32_t s, Visit& visit) { choose(s, visit); });
-    std::vector<std::uint32_t> crowded = free;
-    for (std::uint32_t repair = 0; repair < parameters_.repairs; ++repair) {
-      crowded = crowded_of(crowded);
-      const auto make_room = [&](std::uint32_t s, Visit& visit) { choose_new(s, repair, Goal::room, visit); };
-      // The last pass goes in one turn, so that no two of its samples miss each other.
-      if (repair + 1 < parameters_.repairs)
-        visit_all(crowded, make_room);
-      else
-        visit_run(crowded, {}, 0, blocks_.count, make_room);
-    }
-    for (std::uint32_t pass = 0; pass < parameters_.separations; ++pass) {
-      free = nearest_of(std::move(free));
-      visit_run(free, {}, 0, blocks_.count, [&](std::uint32_t s, Visit& visit) {
-        choose_new(s, parameters_.repairs + pass, Goal::distance, visit);
+      visit_groups(free, sweep, [&](std::uint32_t s, Visit& visit) { return choose(s, visit); });
+    for (std::uint32_t pass = 0; pass < parameters_.refinements; ++pass)
+      visit_groups(free, most_sweeps + pass, [&](std::uint32_t s, Visit& visit) {
+        const std::uint32_t share = offer_.share_of(number_[s]), count = refined_places;
+        return choose_new(s, near_place | (share * near_numbers + pass * count), count, sweep_weight(s),
+                          visit);
       });
+    for (std::uint32_t pass = 0; pass < parameters_.repairs; ++pass) {
+      free = nearest_of(free, pass);
+      const auto move = [&](std::uint32_t s, Visit& visit) {
+        // Fewer are left in each pass, and those need more places.
+        const std::uint32_t more = std::min(pass + 1, most_repair_factor);
+        const std::uint32_t first =
+            parameters_.candidates + pass * most_repair_factor * parameters_.repair_candidates;
+        return choose_new(s, first, more * parameters_.repair_candidates,
+                          repair_weight * static_cast<float>(1u << std::min(pass, most_doublings)), visit);
+      };
+      // The last pass goes in one turn, so that no two of its samples miss each other.
+      if (pass + 1 < parameters_.repairs)
+        visit_groups(free, most_sweeps + most_refinements + pass, move);
+      else
+        visit_in_turn(free, move);
     }
   }
 
-  bool is_held(std::uint32_t stratum) const { return number_[stratum] == held; }
-  PlaceName name(std::uint32_t stratum) const { return {level_, stratum, number_[stratum]}; }
+  // By stratum: which of its places the sample has taken.
+  std::vector<std::uint32_t> take_numbers() { return std::move(number_); }
 
  private:
   static constexpr std::uint32_t held = 0xFFFFFFFFu;
-  enum class Goal : std::uint8_t { room, distance };
+  bool is_held(std::uint32_t stratum) const { return number_[stratum] == held; }
 
+  // Where a sample goes.
+  struct Choice {
+    std::uint32_t number;
+    Point at;
+  };
   // What visiting strata needs.
   struct Visit {
-    std::span<const Point> before;          // if not empty, samples as they are to be seen
-    std::uint32_t own_begin, own_end;       // outside these strata
+    std::vector<std::uint32_t> near;
     PointRows places, samples, background;  // what is asked about; and what there is around it
+    std::vector<PointGroup> groups;
     PointRows torn;
-    PointBox box;                       // around `places`, in space
-    std::vector<std::uint32_t> weight;  // of the background
-    std::vector<float> squared;         // distance of each place to the nearest sample,
-    std::vector<std::uint32_t> room;    // and the mass that is nearer
+    std::vector<std::uint32_t> weight;  // of the strata of the background
+    std::vector<float> energy, own;     // of the places, and what their own stratum attracts
+    std::vector<float> squared;         // distance of each place to the nearest sample
     std::vector<PointDraw> draws;       // of new places,
     std::vector<StratumPoint> points;
     std::vector<std::uint32_t> number;  // and of `places`
   };
-
-  // Lists the strata around each one whose sample is to be chosen.
-  void find_neighbors() {
-    // Cells begin at the least reach, unless the density differs by more than any stratum needs to see.
-    const float least = *std::min_element(reach_.begin(), reach_.end());
-    StratumGrid grid(std::max(static_cast<double>(least), least_cell * mean_reach()));
-    for (std::uint32_t s = 0; s < blocks_.count; ++s) {
-      if (s % sum_block == 0) cancel_.check();
-      PointBox box = grown(offered_.box(s), margin_[s]);
-      if (is_held(s)) enclose(box, sample_[s]);
-      grid.add(box, in_space(s, reach_[s]));
-    }
-    grid.build();
-    parallel_blocks(blocks_.count, draw_block, [&](std::size_t begin, std::size_t end) {
-      cancel_.check();
-      StratumGrid::Scratch scratch;
-      PointRows places, scratch_places;
-      places.resize(offered_.places());
-      scratch_places.resize(offered_.places());
-      std::vector<std::uint32_t> found, all;
-      for (std::size_t s = begin; s < end; ++s) {
-        const auto stratum = static_cast<std::uint32_t>(s);
-        if (s % check_interval == 0) cancel_.check();
-        near_begin_[s] = static_cast<std::uint32_t>(all.size());
-        if (is_held(stratum)) continue;
-        // The sample stays within the margin of the box, or of a place where the stratum is torn.
-        const float around = in_space(stratum, reach_[stratum]) + margin_[stratum];
-        const auto is_near = [&](std::uint32_t other, const PointBox& box) {
-          return other != stratum && (may_touch(other, box, around + margin_[other], scratch_places) ||
-                                      (is_held(other) && contains(grown(box, around), sample_[other])));
-        };
-        offered_.load(stratum, places, 0);
-        grid.find(places.x, places.y, places.z, offered_.box(stratum), torn_[stratum] != 0, around,
-                  most_neighbors, is_near, scratch, found);
-        all.push_back(stratum);  // always, however many others there are
-        all.insert(all.end(), found.begin(), found.end());
-      }
-      all.shrink_to_fit();
-      near_[begin / draw_block] = std::move(all);
-    });
-  }
-
-  double mean_reach() const {
-    double sum = 0;
-    for (const float r : reach_) sum += r;
-    return sum / static_cast<double>(reach_.size());
-  }
-
-  // Whether a stratum has places within `distance` of a box.
-  bool may_touch(std::uint32_t stratum, const PointBox& box, float distance, PointRows& places) const {
-    const PointBox around = grown(box, distance);
-    if (!overlap(offered_.box(stratum), around)) return false;
-    if (!torn_[stratum]) return true;
-    places.resize(offered_.places());
-    offered_.load(stratum, places, 0);
-    for (std::size_t i = 0; i < places.size(); ++i)
-      if (contains(around, {places.x[i], places.y[i], places.z[i]})) return true;
-    return false;
-  }
-  // Whether a new place is so near the offered ones, which decide what is known of its surroundings.
-  bool takes(std::uint32_t stratum, const Point& at, PointRows& places) const {
-    const PointBox point = {{at.x, at.y, at.z}, {at.x, at.y, at.z}};
-    return may_touch(stratum, point, margin_[stratum], places);
-  }
-
-  std::span<const std::uint32_t> neighbors(std::uint32_t stratum) const {
-    const std::span<const std::uint32_t> of_block = near_[stratum / draw_block];
-    const std::size_t begin = near_begin_[stratum];
-    const bool last = stratum + 1 == blocks_.count || (stratum + 1) % draw_block == 0;
-    return of_block.subspan(begin, (last ? of_block.size() : near_begin_[stratum + 1]) - begin);
-  }
 
   // The farthest that anything within the reach of a stratum, or within `distance` in its metric, is in
   // space.
   float in_space(std::uint32_t stratum, float distance) const {
     return metric_.empty() ? distance : distance * metric_[stratum].stretch;
   }
+  // The places are far apart: the path jumps between pieces of the surface.
+  bool is_torn(std::uint32_t stratum) const {
+    return offered_.extent(stratum) > torn_extent * in_space(stratum, spacing_[stratum]);
+  }
+  // How far from the box of its places, or from one of these where it is torn, the sample is.
+  float margin(std::uint32_t stratum) const {
+    const float extent = offered_.extent(stratum), wide = in_space(stratum, spacing_[stratum]);
+    return extent > torn_extent * wide ? torn_margin * wide : box_margin * extent;
+  }
+  float reach_of(std::uint32_t stratum) const { return reach_[stratum] * spacing_[stratum]; }
 
-  // The distances of visit.places of a stratum to the nearest sample of another one, at most the reach. The
-  // places are put in its metric.
-  void measure_distances(std::uint32_t stratum, Visit& visit) const {
-    visit.box = box_of(visit.places);
-    visit.samples.resize(0);
-    for (const std::uint32_t other : neighbors(stratum)) {
-      if (other == stratum) continue;
-      const bool own = visit.before.empty() || (other >= visit.own_begin && other < visit.own_end);
-      const Point& sample = own ? sample_[other] : visit.before[other];
-      visit.samples.push_back(sample.x, sample.y, sample.z);
+  // Lists the strata around each one whose sample is to be chosen.
+  void find_neighbors() {
+    // Cells begin at the least reach, unless the density differs by more than any stratum needs to see.
+    double sum = 0, least = INFINITY;
+    for (const float spacing : spacing_) {
+      sum += spacing;
+      least = std::min(least, static_cast<double>(spacing));
     }
-    to_metric(stratum, visit.samples, visit.samples.size());
-    to_metric(stratum, visit.places, visit.places.size());
-    visit.squared.assign(visit.places.size(), reach_[stratum] * reach_[stratum]);
-    lower_to_nearest(visit.places, visit.samples, visit.squared);
+    StratumGrid grid(kernel_reach * std::max(least, least_cell * sum / static_cast<double>(spacing_.size())));
+    for (std::uint32_t s = 0; s < blocks_.count; ++s) {
+      if (s % sum_block == 0) cancel_.check();
+      PointBox box = grown(offered_.box(s), margin(s));
+      if (is_held(s)) enclose(box, sample_[s]);
+      grid.add(box, in_space(s, reach_of(s)));
+    }
+    grid.build();
+    parallel_tasks((blocks_.count + draw_block - 1) / draw_block, [&](std::size_t block) {
+      Search search(grid, offered_.places());
+      const auto end =
+          static_cast<std::uint32_t>(std::min<std::size_t>((block + 1) * draw_block, blocks_.count));
+      for (auto first = static_cast<std::uint32_t>(block * draw_block); first < end; first += run_strata) {
+        cancel_.check();
+        const std::uint32_t last = std::min(first + run_strata, end);
+        const bool together = find_candidates(first, last, search);
+        for (std::uint32_t s = first; s < last; ++s) {
+          search.found.clear();
+          if (!is_held(s)) look_around(s, together && is_torn(s) == 0, search);
+          near_.write(s, search.found);
+        }
+      }
+      near_.close(block);
+    });
   }
 
-  // And the mass of surface that is nearer to them, in points of the background, which is all places of all
-  // strata; where strata differ in size, times their leaves.
-  void measure_room(std::uint32_t stratum, Visit& visit) const {
-    measure_distances(stratum, visit);
-    const std::size_t places = offered_.places();
-    const float farthest = std::sqrt(*std::max_element(visit.squared.begin(), visit.squared.end()));
-    const PointBox box = grown(visit.box, in_space(stratum, farthest));
-    visit.weight.clear();
-    for (const std::uint32_t other : neighbors(stratum)) {
-      if (!overlap(offered_.box(other), box)) continue;
-      const std::size_t first = visit.weight.size();
-      visit.weight.resize(first + places, weight_of(other));
-      if (visit.background.size() < first + places) visit.background.resize(first + places);
-      offered_.load(other, visit.background, first);
+  // What one thread needs to find neighbors.
+  struct Search {
+    Search(const StratumGrid& over, std::size_t count) : grid(over) {
+      places.resize(count);
+      others.resize(count);
     }
-    to_metric(stratum, visit.background, visit.weight.size());
-    visit.room.resize(visit.places.size());
-    mass_within(visit.places, visit.background, visit.weight, visit.squared, visit.room);
+    const StratumGrid& grid;
+    StratumGrid::Scratch scratch;
+    PointRows places, others;               // of a stratum, and of one near it
+    std::vector<std::uint32_t> candidates;  // near any of a run of strata, ascending
+    BoxRows boxes;                          // of the candidates
+    std::vector<float> beyond;              // by candidate: <= 0 where it is near a stratum
+    std::vector<std::uint32_t> found;
+  };
+
+  // How far from the box of a stratum, or of one of its places where it is torn, others can matter: its
+  // sample stays within the margin.
+  float around(std::uint32_t stratum) const { return in_space(stratum, reach_of(stratum)) + margin(stratum); }
+
+  // Strata of a run along the path are neighbors: looks for what is near any of them in one go. False where
+  // they are too far apart for that.
+  bool find_candidates(std::uint32_t first, std::uint32_t last, Search& search) const {
+    PointBox run{};
+    float distance = 0;
+    bool any = false;
+    for (std::uint32_t s = first; s < last; ++s) {
+      if (is_held(s) || is_torn(s)) continue;
+      const PointBox& box = offered_.box(s);
+      if (!any) run = box;
+      enclose(run, {box.low[0], box.low[1], box.low[2]});
+      enclose(run, {box.high[0], box.high[1], box.high[2]});
+      distance = std::max(distance, around(s));
+      any = true;
+    }
+    const auto is_long = [&](std::size_t k) { return run.high[k] - run.low[k] > longest_run * distance; };
+    if (!any || is_long(0) || is_long(1) || is_long(2)) return false;
+    const auto is_near = [&](std::uint32_t other) {
+      const float within = distance + margin(other);
+      return squared_gap(offered_.box(other), run) <= within * within ||
+             (is_held(other) && is_within(run, sample_[other], distance));
+    };
+    if (!search.grid.find_around(run, distance, most_candidates, is_near, search.candidates)) return false;
+    std::sort(search.candidates.begin(), search.candidates.end());
+    const std::size_t count = search.candidates.size();
+    search.boxes.resize(count);
+    for (std::size_t i = 0; i < count; ++i) {
+      const std::uint32_t other = search.candidates[i];
+      const PointBox& box = offered_.box(other);
+      for (std::size_t k = 0; k < 3; ++k) {
+        search.boxes.low[k][i] = box.low[k];
+        search.boxes.high[k][i] = box.high[k];
+      }
+      search.boxes.margin[i] = margin(other);
+    }
+    return true;
   }
 
-  std::uint32_t weight_of(std::uint32_t stratum) const { return equal_ ? 1 : blocks_.size(stratum); }
+  // Finds the strata around one; looks less far where there are too many.
+  void look_around(std::uint32_t stratum, bool among_candidates, Search& search) {
+    const PointBox& box = offered_.box(stratum);
+    offered_.load(stratum, search.places, 0);
+    for (int shortening = 0; shortening <= most_shortenings; ++shortening) {
+      const float distance = around(stratum);
+      if (among_candidates) {
+        pick_candidates(stratum, distance, search);
+      } else {
+        const auto is_near = [&](std::uint32_t other, const PointBox& place) {
+          return other != stratum && (may_touch(other, place, distance + margin(other), search.others) ||
+                                      (is_held(other) && is_within(place, sample_[other], distance)));
+        };
+        search.grid.find(search.places.x, search.places.y, search.places.z, box, is_torn(stratum), distance,
+                         most_neighbors, is_near, search.scratch, search.found);
+      }
+      if (search.found.size() < most_neighbors) break;
+      reach_[stratum] *= shorter_reach;
+    }
+  }
+
+  void pick_candidates(std::uint32_t stratum, float distance, Search& search) const {
+    const PointBox box = offered_.box(stratum);
+    const std::size_t count = search.candidates.size();
+    find_gaps(search.boxes, box.low, box.high, distance, search.beyond);
+    search.found.resize(count);
+    std::size_t found = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+      const std::uint32_t other = search.candidates[i];
+      bool near = search.beyond[i] <= 0;
+      if (near && is_torn(other)) near = may_touch(other, box, distance + margin(other), search.others);
+      if (!near && is_held(other)) near = is_within(box, sample_[other], distance);
+      search.found[found] = other;
+      found += near && other != stratum ? 1 : 0;
+    }
+    search.found.resize(found);
+  }
+
+  // Whether a stratum has places within `distance` of a box.
+  bool may_touch(std::uint32_t stratum, const PointBox& box, float distance, PointRows& places) const {
+    if (squared_gap(offered_.box(stratum), box) > distance * distance) return false;
+    if (!is_torn(stratum)) return true;
+    places.resize(offered_.places());
+    offered_.load(stratum, places, 0);
+    for (std::size_t i = 0; i < places.size(); ++i)
+      if (is_within(box, {places.x[i], places.y[i], places.z[i]}, distance)) return true;
+    return false;
+  }
+  // Whether a new place is so near the offered ones, which decide what is known of its surroundings.
+  bool takes(std::uint32_t stratum, const Point& at, PointRows& places) const {
+    const PointBox point = {{at.x, at.y, at.z}, {at.x, at.y, at.z}};
+    return may_touch(stratum, point, margin(stratum), places);
+  }
 
   void to_metric(std::uint32_t stratum, PointRows& points, std::size_t count) const {
     if (metric_.empty()) return;
@@ -259,71 +345,231 @@ class SpacedLevel {
       points.z[i] = rows[2][0] * x + rows[2][1] * y + rows[2][2] * z;
     }
   }
-
-  // The room at a place without the place itself, if that is of the background; less a little of what the
-  // same radius has in the plane.
-  float room_at(std::size_t place, std::uint32_t stratum, bool is_background, const Visit& visit) const {
-    const float squared = visit.squared[place];
-    const std::int64_t itself = is_background && squared > 0 ? weight_of(stratum) : 0;
-    const float discs =
-        static_cast<float>(std::numbers::pi * reach * reach) * squared / (reach_[stratum] * reach_[stratum]);
-    const float flat = discs * static_cast<float>(parameters_.candidates * weight_of(stratum));
-    return static_cast<float>(static_cast<std::int64_t>(visit.room[place]) - itself) - border_share * flat;
+  PointGroup to_metric(std::uint32_t stratum, const PointGroup& group) const {
+    if (metric_.empty()) return group;
+    const auto& rows = metric_[stratum].rows;
+    const std::array<float, 6>& c = group.central;
+    const std::array<std::array<float, 3>, 3> central{
+        {{c[0], c[5], c[4]}, {c[5], c[1], c[3]}, {c[4], c[3], c[2]}}};
+    const auto along = [&](std::size_t i, std::size_t j) {
+      float sum = 0;
+      for (std::size_t k = 0; k < 3; ++k)
+        for (std::size_t l = 0; l < 3; ++l) sum += rows[i][k] * central[k][l] * rows[j][l];
+      return sum;
+    };
+    PointGroup result{
+        group.mass, {}, {along(0, 0), along(1, 1), along(2, 2), along(1, 2), along(0, 2), along(0, 1)}};
+    for (std::size_t i = 0; i < 3; ++i)
+      for (std::size_t k = 0; k < 3; ++k) result.mean[i] += rows[i][k] * group.mean[k];
+    set_extent(result);
+    return result;
+  }
+  static void set_extent(PointGroup& group) {
+    const float trace = group.central[0] + group.central[1] + group.central[2];
+    group.per_extent = 1 / std::sqrt(std::max(2 * trace, least_trace));
   }
 
-  bool is_offered(std::uint32_t stratum) const { return number_[stratum] < offered_.places(); }
+  // Mass of a stratum, in samples.
+  float mass_of(std::uint32_t stratum) const {
+    return equal_
+               ? 1.0f
+               : static_cast<float>(double(blocks_.size(stratum)) * blocks_.count / double(blocks_.leaves));
+  }
 
-  // Moves the sample to the best place of its stratum.
-  void choose(std::uint32_t stratum, Visit& visit) {
-    visit.places.resize(offered_.places());
-    offered_.load(stratum, visit.places, 0);
-    measure_room(stratum, visit);
-    // With no other sample within reach of any place, what lies within reach of one says nothing of its room.
-    const float limit = reach_[stratum] * reach_[stratum];
-    if (std::none_of(visit.squared.begin(), visit.squared.end(), [&](float d) { return d < limit; })) return;
-    // Among places that are equally good, the sample stays.
-    float best = -INFINITY;
-    const auto places = static_cast<std::uint32_t>(offered_.places());
-    const std::uint32_t first = number_[stratum];
-    for (std::uint32_t i = 0; i < places; ++i) {
-      const std::uint32_t k = (first + i) % places;
-      const float room = room_at(k, stratum, true, visit);
-      if (room <= best) continue;
-      best = room;
-      number_[stratum] = k;
+  // Of the places of each stratum.
+  void find_moments() {
+    const std::size_t places = offered_.places();
+    const float share = 1 / static_cast<float>(places);
+    moments_.resize(blocks_.count);
+    parallel_blocks(blocks_.count, draw_block, [&](std::size_t begin, std::size_t end) {
+      PointRows rows;
+      rows.resize(places);
+      for (std::size_t s = begin; s < end; ++s) {
+        offered_.load(s, rows, 0);
+        PointGroup& group = moments_[s];
+        group = {mass_of(static_cast<std::uint32_t>(s))};
+        auto& [x, y, z] = group.mean;
+        for (std::size_t k = 0; k < places; ++k) {
+          x += share * rows.x[k];
+          y += share * rows.y[k];
+          z += share * rows.z[k];
+        }
+        for (std::size_t k = 0; k < places; ++k) {
+          const float dx = rows.x[k] - x, dy = rows.y[k] - y, dz = rows.z[k] - z;
+          group.central[0] += share * dx * dx;
+          group.central[1] += share * dy * dy;
+          group.central[2] += share * dz * dz;
+          group.central[3] += share * dy * dz;
+          group.central[4] += share * dx * dz;
+          group.central[5] += share * dx * dy;
+        }
+        set_extent(group);
+      }
+    });
+  }
+
+  // What the surface attracts visit.places with, into visit.energy, and the share of their own stratum, into
+  // visit.own; the places are put in its metric.
+  void attract(std::uint32_t stratum, Visit& visit) const {
+    const std::size_t places = offered_.places();
+    const PointBox box = box_of(visit.places);
+    const float far = in_space(stratum, reach_of(stratum)),
+                close = in_space(stratum, near_gap * spacing_[stratum]);
+    if (visit.background.size() < places) visit.background.resize(places);
+    offered_.load(stratum, visit.background, 0);
+    visit.weight.assign(1, stratum);
+    visit.groups.clear();
+    std::size_t count = places;
+    for (const std::uint32_t other : visit.near) {
+      const float gap = squared_gap(offered_.box(other), box);
+      if (gap > far * far) continue;
+      // A torn stratum has no middle.
+      if (gap > close * close && !is_torn(other)) {
+        visit.groups.push_back(to_metric(stratum, moments_[other]));
+        continue;
+      }
+      if (visit.background.size() < count + places) visit.background.resize(count + places);
+      offered_.load(other, visit.background, count);
+      visit.weight.push_back(other);
+      count += places;
     }
-    sample_[stratum] = offered_.place(stratum, number_[stratum]);
+    to_metric(stratum, visit.background, count);
+    to_metric(stratum, visit.places, visit.places.size());
+    visit.energy.assign(visit.places.size(), 0);
+    KernelScale scale{1 / reach_of(stratum)};
+    const auto add = [&](std::size_t first, std::size_t last) {
+      scale.weight = mass_of(visit.weight[first]) / static_cast<float>(places);
+      add_kernel(visit.places, visit.background, first * places, (last - first) * places, scale,
+                 visit.energy);
+    };
+    add(0, 1);
+    visit.own = visit.energy;
+    // Strata of one mass in one go.
+    for (std::size_t first = 1, last; first < visit.weight.size(); first = last) {
+      last = first + 1;
+      while (last < visit.weight.size() &&
+             (equal_ || blocks_.size(visit.weight[last]) == blocks_.size(visit.weight[first])))
+        ++last;
+      add(first, last);
+    }
+    add_group_kernel(visit.places, visit.groups, scale.per_reach, visit.energy);
   }
 
-  // The same where places are new; the sample may stay.
-  void choose_new(std::uint32_t stratum, std::uint32_t pass, Goal goal, Visit& visit) {
-    const std::uint32_t count = parameters_.repair_candidates;
-    const std::uint32_t first = parameters_.candidates + pass * count;
+  // The attraction of all offered places of strata, with what borders take away.
+  void find_attraction(const std::vector<std::uint32_t>& strata) {
+    const std::size_t places = offered_.places();
+    if (strata.size() < blocks_.count) {
+      slot_.resize(blocks_.count);
+      for (std::size_t i = 0; i < strata.size(); ++i) slot_[strata[i]] = static_cast<std::uint32_t>(i);
+    }
+    attraction_ = PackedRows(strata.size(), places);
+    fullness_.resize(strata.size());
+    parallel_tasks((strata.size() + draw_block - 1) / draw_block, [&](std::size_t block) {
+      cancel_.check();
+      Visit visit;
+      const std::size_t end = std::min((block + 1) * draw_block, strata.size());
+      for (std::size_t i = block * draw_block; i < end; ++i) {
+        const std::uint32_t s = strata[i];
+        near_.read(s, visit.near);
+        visit.places.resize(places);
+        offered_.load(s, visit.places, 0);
+        attract(s, visit);
+        float mean = 0;
+        for (const float energy : visit.energy) mean += energy / static_cast<float>(places);
+        const float flat = static_cast<float>(std::numbers::pi / 6) * reach_[s] * reach_[s];
+        fullness_[i] = mean / flat;
+        const float share = own_share(s);
+        for (std::size_t k = 0; k < places; ++k) visit.energy[k] -= share * visit.own[k];
+        attraction_.write(i, visit.energy);
+      }
+    });
+  }
+
+  // How much of its own stratum's attraction a place loses.
+  float own_share(std::uint32_t stratum) const {
+    return std::clamp(border_balance * (1 - fullness_[slot_of(stratum)]), 0.0f, 1.0f);
+  }
+  // Nearer than this is too near. The short kernel has no counterpart in the attraction: where it were as
+  // long in stacks as elsewhere, it would drive the samples out of them.
+  float least_distance(std::uint32_t stratum) const {
+    const float sheets = std::max(fullness_[slot_of(stratum)] - (one_sheet - 1), 1.0f);
+    return too_near_ * spacing_[stratum] / std::sqrt(sheets);
+  }
+  // Of the short kernel while all samples move. It has no counterpart in the attraction: in stacks of sheets,
+  // as both sides of a thin plate, it would drive samples out of them or to their rims.
+  float sweep_weight(std::uint32_t stratum) const {
+    const float alone = (stacked_fullness - fullness_[slot_of(stratum)]) / (stacked_fullness - flat_fullness);
+    return short_weight * std::clamp(alone, 0.0f, 1.0f);
+  }
+  std::size_t slot_of(std::uint32_t stratum) const { return slot_.empty() ? stratum : slot_[stratum]; }
+
+  // The samples around a stratum, in its metric. Some are out of reach, where kernels are 0: to leave them
+  // out costs more than to count them.
+  void find_samples(std::uint32_t stratum, Visit& visit) const {
+    const std::size_t count = visit.near.size();
+    visit.samples.resize(count);
+    float *const x = visit.samples.x.data(), *const y = visit.samples.y.data(),
+                 *const z = visit.samples.z.data();
+    for (std::size_t i = 0; i < count; ++i) {
+      const Point sample = sample_[visit.near[i]];
+      x[i] = sample.x;
+      y[i] = sample.y;
+      z[i] = sample.z;
+    }
+    to_metric(stratum, visit.samples, count);
+  }
+  // Adds what these repel the places with.
+  void repel(std::uint32_t stratum, float weight, Visit& visit) const {
+    const float within = least_distance(stratum) * (1 + short_margin);
+    const KernelScale scale{1 / reach_of(stratum), 1 / within, 1, weight};
+    add_kernel(visit.places, visit.samples, 0, visit.samples.size(), scale, visit.energy);
+  }
+
+  // The place of its stratum where the sample has the least energy; among places that are equally good, it
+  // stays.
+  Choice choose(std::uint32_t stratum, Visit& visit) const {
+    const std::size_t places = offered_.places();
+    visit.places.resize(places);
+    offered_.load(stratum, visit.places, 0);
+    find_samples(stratum, visit);
+    to_metric(stratum, visit.places, places);
+    visit.energy.resize(places);
+    attraction_.read(slot_of(stratum), visit.energy);
+    for (float& energy : visit.energy) energy = -energy;
+    repel(stratum, sweep_weight(stratum), visit);
+    std::uint32_t best = number_[stratum];
+    for (std::uint32_t k = 0; k < places; ++k)
+      if (visit.energy[k] < visit.energy[best]) best = k;
+    return {best, offered_.place(stratum, best)};
+  }
+
+  // The same among new places, `first` and the numbers after it; the sample may stay.
+  Choice choose_new(std::uint32_t stratum, std::uint32_t first, std::uint32_t count, float weight,
+                    Visit& visit) const {
     visit.draws.resize(count);
     visit.points.resize(count);
     for (std::uint32_t k = 0; k < count; ++k) visit.draws[k] = offer_.draw({level_, stratum, first + k});
+    std::sort(visit.draws.begin(), visit.draws.end(),
+              [](const PointDraw& a, const PointDraw& b) { return a.at < b.at; });
     strata_.draw(visit.draws, visit.points);
     ask_about_sample(stratum, visit);
     visit.number.assign(1, number_[stratum]);
     for (std::uint32_t k = 0; k < count; ++k) {
       if (!takes(stratum, point_at(visit.points[k]), visit.torn)) continue;
       visit.places.push_back(visit.points[k].at[0], visit.points[k].at[1], visit.points[k].at[2]);
-      visit.number.push_back(first + k);
+      visit.number.push_back(k);
     }
-    if (goal == Goal::room)
-      measure_room(stratum, visit);
-    else
-      measure_distances(stratum, visit);
-    const auto value = [&](std::size_t place) {
-      return goal == Goal::room ? room_at(place, stratum, place == 0 && is_offered(stratum), visit)
-                                : visit.squared[place];
-    };
-    std::size_t best = 0;
-    for (std::size_t place = 1; place < visit.number.size(); ++place)
-      if (value(place) > value(best)) best = place;
-    if (best == 0) return;
-    number_[stratum] = visit.number[best];
-    sample_[stratum] = point_at(visit.points[number_[stratum] - first]);
+    find_samples(stratum, visit);
+    attract(stratum, visit);
+    const float share = own_share(stratum);
+    for (std::size_t k = 0; k < visit.number.size(); ++k)
+      visit.energy[k] = share * visit.own[k] - visit.energy[k];
+    repel(stratum, weight, visit);
+    const auto best = static_cast<std::size_t>(std::min_element(visit.energy.begin(), visit.energy.end()) -
+                                               visit.energy.begin());
+    if (best == 0) return {number_[stratum], sample_[stratum]};
+    const std::uint32_t k = visit.number[best];
+    return {visit.draws[k].number, point_at(visit.points[k])};
   }
 
   void ask_about_sample(std::uint32_t stratum, Visit& visit) const {
@@ -331,109 +577,137 @@ class SpacedLevel {
     visit.places.push_back(sample_[stratum].x, sample_[stratum].y, sample_[stratum].z);
   }
 
-  // value(stratum, visit) of every stratum, when its sample is asked about.
-  template <class Value>
-  std::vector<float> values_of(const std::vector<std::uint32_t>& strata, const Value& value) const {
-    std::vector<float> values(strata.size());
+  // Those whose sample is too near to another one, the nearest ones where there are more than a share of all:
+  // where samples cannot be so far apart, as in stacked sheets, not all are moved again and again. And what
+  // add_partners adds.
+  std::vector<std::uint32_t> nearest_of(const std::vector<std::uint32_t>& strata, std::uint32_t pass) const {
+    std::vector<float> distance(strata.size());
     parallel_blocks(strata.size(), draw_block, [&](std::size_t begin, std::size_t end) {
       cancel_.check();
       Visit visit;
       for (std::size_t i = begin; i < end; ++i) {
-        ask_about_sample(strata[i], visit);
-        values[i] = value(strata[i], visit);
+        const std::uint32_t s = strata[i];
+        near_.read(s, visit.near);
+        ask_about_sample(s, visit);
+        find_samples(s, visit);
+        to_metric(s, visit.places, 1);
+        const float least = least_distance(s);
+        visit.squared.assign(1, least * least);
+        lower_to_nearest(visit.places, visit.samples, visit.squared);
+        distance[i] = std::sqrt(visit.squared[0]) / least;
       }
-    });
-    return values;
-  }
-
-  // Those whose sample has less room than a disc of repair_below of the hexagonal spacing.
-  std::vector<std::uint32_t> crowded_of(const std::vector<std::uint32_t>& strata) const {
-    const double shares = parameters_.repair_below * parameters_.repair_below * std::numbers::pi *
-                          hexagonal_spacing * hexagonal_spacing;
-    const double leaves = equal_ ? 1.0 : double(blocks_.leaves) / blocks_.count;
-    const double among_held = any_held_ ? held_room : 1.0;
-    const auto least = static_cast<float>(among_held * shares * parameters_.candidates * leaves);
-    const std::vector<float> room = values_of(strata, [&](std::uint32_t s, Visit& visit) {
-      measure_room(s, visit);
-      return room_at(0, s, is_offered(s), visit);
-    });
-    std::vector<std::uint32_t> crowded;
-    for (std::size_t i = 0; i < strata.size(); ++i)
-      if (room[i] < least) crowded.push_back(strata[i]);
-    return crowded;
-  }
-
-  // Those whose sample is nearer to another one than separate_below; no more than separate_share of all, the
-  // nearest ones, so that where samples cannot be so far apart not all are moved by distance.
-  std::vector<std::uint32_t> nearest_of(const std::vector<std::uint32_t>& strata) const {
-    const std::vector<float> distance = values_of(strata, [&](std::uint32_t s, Visit& visit) {
-      measure_distances(s, visit);
-      return std::sqrt(visit.squared[0]) / reach_[s] * static_cast<float>(reach / hexagonal_spacing);
     });
     std::vector<std::pair<float, std::uint32_t>> near;
     for (std::size_t i = 0; i < strata.size(); ++i)
-      if (distance[i] < parameters_.separate_below) near.push_back({distance[i], strata[i]});
-    const auto most = static_cast<std::size_t>(parameters_.separate_share * blocks_.count);
+      if (distance[i] < 1 - 1e-6f) near.push_back({distance[i], strata[i]});
+    const double share = parameters_.repair_share / ((pass + 1.0) * (pass + 1.0));
+    const auto most = static_cast<std::size_t>(std::ceil(share * blocks_.count));
     if (near.size() > most) {
       std::nth_element(near.begin(), near.begin() + static_cast<std::ptrdiff_t>(most), near.end());
       near.resize(most);
     }
     std::vector<std::uint32_t> result;
     for (const auto& [d, stratum] : near) result.push_back(stratum);
+    if (result.size() <= blocks_.count / few_left) add_partners(pass < passes_alone ? 1 : make_room, result);
     std::sort(result.begin(), result.end());
+    result.erase(std::unique(result.begin(), result.end()), result.end());
     return result;
   }
 
-  // Calls change(stratum, visit) for strata in turn; it sees the samples of strata from own_begin to own_end
-  // as they are, others as they were `before`, if that is not empty.
-  template <class Change>
-  void visit_run(std::span<const std::uint32_t> strata, std::span<const Point> before,
-                 std::uint32_t own_begin, std::uint32_t own_end, const Change& change) {
+  // Adds the strata whose samples lie within so many least distances of theirs: of what is too near, these
+  // may find a place where those do not; and others may make room.
+  void add_partners(float within, std::vector<std::uint32_t>& strata) const {
     Visit visit;
-    visit.before = before;
-    visit.own_begin = own_begin;
-    visit.own_end = own_end;
-    for (std::size_t i = 0; i < strata.size(); ++i) {
-      if (i % check_block == 0) cancel_.check();
-      change(strata[i], visit);
+    const std::size_t count = strata.size();
+    for (std::size_t i = 0; i < count; ++i) {
+      if (i % check_interval == 0) cancel_.check();
+      const std::uint32_t s = strata[i];
+      near_.read(s, visit.near);
+      ask_about_sample(s, visit);
+      find_samples(s, visit);
+      to_metric(s, visit.places, 1);
+      const float least = within * least_distance(s);
+      for (std::size_t k = 0; k < visit.near.size(); ++k) {
+        const float x = visit.samples.x[k] - visit.places.x[0], y = visit.samples.y[k] - visit.places.y[0],
+                    z = visit.samples.z[k] - visit.places.z[0];
+        if (x * x + y * y + z * z < least * least && !is_held(visit.near[k])) strata.push_back(visit.near[k]);
+      }
     }
   }
 
-  // The same for all `strata`, ascending; large sets in blocks, every other one in the same turn.
-  template <class Change>
-  void visit_all(const std::vector<std::uint32_t>& strata, const Change& change) {
-    if (blocks_.count <= 2 * sweep_block) {
-      visit_run(strata, {}, 0, blocks_.count, change);
-      return;
-    }
-    const std::uint32_t runs = (blocks_.count + sweep_block - 1) / sweep_block;
-    for (const std::uint32_t turn : {0u, 1u}) {
-      const std::vector<Point> before = sample_;
-      parallel_tasks((runs + 1 - turn) / 2, [&](std::size_t task) {
-        const std::uint32_t begin = (2 * static_cast<std::uint32_t>(task) + turn) * sweep_block;
-        const std::uint32_t end = std::min(begin + sweep_block, blocks_.count);
-        const auto first = std::lower_bound(strata.begin(), strata.end(), begin);
-        const auto last = std::lower_bound(first, strata.end(), end);
-        visit_run(std::span(first, last), before, begin, end, change);
-      });
+  void move(std::uint32_t stratum, const Choice& choice) {
+    number_[stratum] = choice.number;
+    sample_[stratum] = choice.at;
+  }
+
+  // Moves the samples of strata one after the other to what choose(stratum, visit) returns.
+  template <class Choose>
+  void visit_in_turn(const std::vector<std::uint32_t>& strata, const Choose& choose) {
+    Visit visit;
+    for (std::size_t i = 0; i < strata.size(); ++i) {
+      if (i % check_interval == 0) cancel_.check();
+      near_.read(strata[i], visit.near);
+      move(strata[i], choose(strata[i], visit));
     }
   }
+
+  // The same in groups at random, other ones in each turn: in the order of the path all samples would drift
+  // one way, and the integrals of smooth functions would no longer converge as fast. Within a group all
+  // choose, then all move.
+  template <class Choose>
+  void visit_groups(const std::vector<std::uint32_t>& strata, std::uint32_t turn, const Choose& choose) {
+    std::vector<std::uint8_t> group(strata.size());
+    std::array<std::size_t, groups + 1> begin{};
+    for (std::size_t i = 0; i < strata.size(); ++i) {
+      const std::uint64_t index = Offer::index_of({level_, strata[i], 0});
+      group[i] = static_cast<std::uint8_t>(
+          random_words(offer_.key, Stream::stratum_start, index, first_turn + turn)[0] % groups);
+      ++begin[group[i] + 1u];
+    }
+    for (std::size_t g = 0; g < groups; ++g) begin[g + 1] += begin[g];
+    std::vector<std::uint32_t> order(strata.size());
+    std::array<std::size_t, groups + 1> next = begin;
+    for (std::size_t i = 0; i < strata.size(); ++i) order[next[group[i]]++] = strata[i];
+    std::vector<Choice> choices;
+    for (std::size_t g = 0; g < groups; ++g) {
+      const std::span<const std::uint32_t> members =
+          std::span(order).subspan(begin[g], begin[g + 1] - begin[g]);
+      choices.resize(members.size());
+      const std::size_t tasks = (members.size() + draw_block - 1) / draw_block;
+      parallel_tasks(tasks, [&](std::size_t task) {
+        cancel_.check();
+        Visit visit;
+        const std::size_t end = std::min((task + 1) * draw_block, members.size());
+        for (std::size_t i = task * draw_block; i < end; ++i) {
+          near_.read(members[i], visit.near);
+          choices[i] = choose(members[i], visit);
+        }
+      });
+      for (std::size_t i = 0; i < members.size(); ++i) move(members[i], choices[i]);
+    }
+  }
+
+  // Counters of random numbers of a stratum: its start, the shift of Offer::in_leaf, and its group in each
+  // turn.
+  static constexpr std::uint32_t first_turn = 2, most_sweeps = 64, most_refinements = 16;
 
   const Strata& strata_;
   const OfferedPlaces& offered_;
-  const std::vector<float>& reach_;
+  const std::vector<float>& spacing_;
   const std::vector<LocalMetric>& metric_;
   LeafBlocks blocks_;
   std::uint32_t level_;
   const Offer& offer_;
   const SpacingParameters& parameters_;
+  float too_near_;  // in spacings
   const CancelToken& cancel_;
-  bool equal_;                      // all strata have as many leaves, or nearly
-  bool any_held_ = false;           // some samples were fixed
-  std::vector<std::uint8_t> torn_;  // the places are far apart: the path jumps between pieces of the surface
-  std::vector<float> margin_;       // how far from the box of its places, or from one of these, the sample is
-  std::vector<std::uint32_t> near_begin_;         // in the list of their block,
-  std::vector<std::vector<std::uint32_t>> near_;  // one for every draw_block strata
+  bool equal_;                // all strata have as many leaves, or nearly
+  std::vector<float> reach_;  // of the kernel around each, in its spacings
+  StratumLists near_;
+  std::vector<PointGroup> moments_;
+  std::vector<std::uint32_t> slot_;  // by stratum: among those without a held sample; empty where all are
+  PackedRows attraction_{0, 0};      // by slot: of all offered places
+  std::vector<float> fullness_;      // by slot: attraction over that of a flat surface
   std::vector<Point> sample_;
   std::vector<std::uint32_t> number_;  // of the place of the sample, or held
 };
@@ -446,14 +720,12 @@ class SpacedSet {
         cancel_(cancel),
         offer_{key, parameters, Levels(strata.count())},
         leaves_(offer_leaves(strata, offer_, cancel)),
-        placed_(strata.count()) {
-    samples_.point.resize(strata.count());
-  }
+        placed_(strata.count()) {}
 
   void place_along_path() {
     std::vector<std::uint32_t> all(strata_.count());
     std::iota(all.begin(), all.end(), 0u);
-    place_level(offer_.levels.last, all);
+    place_level(offer_.levels.last, all, offer_.parameters.repair_below);
   }
 
   // The order is that of progressive_order, but that the halves that get new samples are those without one.
@@ -461,11 +733,12 @@ class SpacedSet {
     const int last = offer_.levels.last;
     const std::uint32_t mask = progressive_mask(strata_.count(), offer_.key);
     int level = std::min(first_level, last);
-    place_level(level, masked_order(offer_.levels.blocks(level).count, mask));
+    const double repair_below = offer_.parameters.progressive_repair_below;
+    place_level(level, masked_order(offer_.levels.blocks(level).count, mask), repair_below);
     while (level < last) {
       ++level;
       if (level < last - 1 || (level < last && !last_two_as_one())) {
-        place_level(level, free_children(level, mask));
+        place_level(level, free_children(level, mask), repair_below);
         continue;
       }
       std::vector<std::uint32_t> order;
@@ -476,11 +749,16 @@ class SpacedSet {
         level = last;
       }
       add_free_leaves(mask, order);
-      place_level(level, order);
+      place_level(level, order, repair_below);
     }
   }
 
-  SpacedSamples take() { return std::move(samples_); }
+  SpacedSamples take() {
+    leaves_ = OfferedStrata(0, 0, true);
+    samples_.point.resize(drawn_.size());
+    for (std::size_t i = 0; i < drawn_.size(); ++i) samples_.point[samples_.rank_of_index[i]] = drawn_[i];
+    return std::move(samples_);
+  }
 
  private:
   // Where only few strata of the level before the last have two leaves, a second sample would find no room
@@ -492,24 +770,28 @@ class SpacedSet {
 
   // Places the samples of one level into its strata without one; `order`: these strata, in the order of the
   // samples in the file.
-  void place_level(int level, const std::vector<std::uint32_t>& order) {
+  void place_level(int level, const std::vector<std::uint32_t>& order, double repair_below) {
     const LeafBlocks blocks = offer_.levels.blocks(level);
     const bool is_last = level == offer_.levels.last;
     const OfferedStrata coarser =
         is_last ? OfferedStrata(0, 0, true) : offer_blocks(leaves_, level, offer_, cancel_);
-    SpacedLevel samples(strata_, is_last ? leaves_ : coarser, level, offer_, cancel_);
-    for (std::uint32_t leaf = 0; leaf < placed_.size(); ++leaf)
-      if (placed_[leaf]) samples.hold(blocks.block_of(leaf), point_at(samples_.point[leaf]));
-    samples.space_out();
+    const std::size_t before = drawn_.size();
+    const std::vector<std::uint32_t> numbers = [&] {
+      SpacedLevel samples(strata_, is_last ? leaves_ : coarser, level, repair_below, offer_, cancel_);
+      for (std::size_t i = 0; i < before; ++i)
+        samples.hold(blocks.block_of(samples_.rank_of_index[i]), point_at(drawn_[i]));
+      samples.space_out();
+      return samples.take_numbers();
+    }();
     // The points themselves, not packed places: samples of later levels keep their distance from these.
-    const std::size_t before = samples_.rank_of_index.size();
     samples_.rank_of_index.resize(before + order.size());
+    drawn_.resize(before + order.size());
     parallel_blocks(order.size(), draw_block, [&](std::size_t begin, std::size_t end) {
       cancel_.check();
       for (std::size_t i = begin; i < end; ++i) {
-        const PointDraw draw = offer_.draw(samples.name(order[i]));
+        const PointDraw draw = offer_.draw({static_cast<std::uint32_t>(level), order[i], numbers[order[i]]});
         const auto leaf = static_cast<std::uint32_t>(draw.at);
-        strata_.draw(std::span(&draw, 1), std::span(&samples_.point[leaf], 1));
+        strata_.draw(std::span(&draw, 1), std::span(&drawn_[before + i], 1));
         placed_[leaf] = 1;
         samples_.rank_of_index[before + i] = leaf;
       }
@@ -544,6 +826,7 @@ class SpacedSet {
   Offer offer_;
   OfferedStrata leaves_;
   std::vector<std::uint8_t> placed_;  // leaves that have their sample
+  std::vector<StratumPoint> drawn_;   // in the order of the samples
   SpacedSamples samples_;
 };
 
@@ -552,9 +835,9 @@ class SpacedSet {
 SpacingParameters spacing_parameters(SpacingKind kind) {
   switch (kind) {
     case SpacingKind::fast:
-      return {8, 2, 2, 16, 0.6, 0.52, 0.05, 4};
+      return {8, 3, 0, 16, 16, 0.6, 0.54, 0.2};
     case SpacingKind::best:
-      return {32, 5, 3, 32, 0.78, 0.72, 0.05, 16};
+      return {24, 3, 1, 16, 32, 0.71, 0.62, 0.2};
     case SpacingKind::standard:
       break;
   }
@@ -566,12 +849,12 @@ std::vector<std::string> validate(const SpacingParameters& p) {
   check_range(problems, "candidates", p.candidates, 8, 64);
   if (p.candidates % 8 != 0) problems.push_back("candidates are a multiple of 8");
   check_range(problems, "sweeps", p.sweeps, 0, 64);
+  check_range(problems, "refinements", p.refinements, 0, 16);
   check_range(problems, "repairs", p.repairs, 0, 64);
   check_range(problems, "repair candidates", p.repair_candidates, 1, 256);
-  check_range(problems, "least room", p.repair_below, 0.0, 1.0);
-  check_range(problems, "least spacing", p.separate_below, 0.0, 1.0);
-  check_range(problems, "share of separated samples", p.separate_share, 0.0, 1.0);
-  check_range(problems, "separations", p.separations, 0, 64);
+  check_range(problems, "least spacing", p.repair_below, 0.0, 1.0);
+  check_range(problems, "least spacing of progressive sets", p.progressive_repair_below, 0.0, 1.0);
+  check_range(problems, "share of repaired samples", p.repair_share, 0.0, 1.0);
   return problems;
 }
 

@@ -1,5 +1,5 @@
-// Spaced samples: one in each of n strata of equal mass, at the place of its stratum that has the most
-// surface nearer to it than to any other sample (docs/METHODS.md 7.5).
+// Spaced samples: one in each of n strata of equal mass, at the places where all of them together represent
+// the surface best (docs/METHODS.md 7.5).
 #pragma once
 
 #include <array>
@@ -18,19 +18,17 @@ namespace meander {
 // How much is spent on the places.
 struct SpacingParameters {
   std::uint32_t candidates = 16;         // places that every stratum offers: 8, 16, .. 64
-  std::uint32_t sweeps = 2;              // over all samples, 0..64
-  std::uint32_t repairs = 3;             // passes over samples with too little room, 0..64
+  std::uint32_t sweeps = 4;              // over all samples, 0..64
+  std::uint32_t refinements = 0;         // passes that offer each sample new places around its own, 0..16
+  std::uint32_t repairs = 16;            // passes over samples that are too near to another one, 0..64
   std::uint32_t repair_candidates = 32;  // new places that each is offered, 1..256
-  double repair_below = 0.7;             // a disc of this radius is too little, in spacings of the hexagonal
-                                         // lattice, 0..1
-  // Samples as near to another one as this, in these spacings, are moved apart whatever their room: but no
-  // more than this share of all samples, the nearest ones; 0..1
-  double separate_below = 0.68, separate_share = 0.05;
-  std::uint32_t separations = 8;  // passes over them, 0..64; each is offered as many new places
+  // What is too near, in spacings of the hexagonal lattice, 0..1, along the path and in progressive order;
+  // but no more than this share of all samples, the nearest ones, are moved; 0..1
+  double repair_below = 0.68, progressive_repair_below = 0.65, repair_share = 0.2;
 };
 
-// fast: two thirds of the time of standard, spacing about .5 of the hexagonal lattice; standard: .67; best:
-// two and a half times the time, .7 and the lowest error (docs/METHODS.md 7.5 has the numbers).
+// fast: two thirds of the time of standard; best: nearly twice the time, and the lowest error
+// (docs/METHODS.md 7.5 has the numbers).
 enum class SpacingKind : std::uint8_t { fast, standard, best };
 inline constexpr Word<SpacingKind> spacing_words[] = {
     {"fast", SpacingKind::fast}, {"default", SpacingKind::standard}, {"best", SpacingKind::best}};
@@ -86,21 +84,22 @@ struct SpacedSamples {
   std::vector<std::uint32_t> rank_of_index;  // order in the file: stratum of the i-th sample
 };
 
-// Chooses the places. Every stratum offers `candidates` random points of its own. The strata are visited
-// again and again; each time the sample moves to the candidate with the most mass of surface nearer to it
-// than its nearest sample is. Mass is counted in the candidates of all strata: near borders, on creases, thin
-// parts and stacked sheets, where a distance means something else than in the plane, a place then wins about
-// as often as any other, and samples stay distributed as the mass is. Last, samples with too little mass
-// around them are offered new places.
+// Chooses the places by matched energy (in the plane: Schmaltz et al. 2010, "Electrostatic halftoning"; as a
+// measure of sets: Szekely and Rizzo 2013, "Energy statistics"). The energy of a sample is the sum of a
+// positive definite kernel over its distances to the other samples, minus the same sum over the surface.
+// Every stratum offers `candidates` random points of its own; the strata are visited in random groups,
+// `sweeps` times, and each time the sample moves to the place of least energy. Then `refinements` passes
+// offer new places around each sample, and `repairs` passes do so, anywhere in the stratum, for samples that
+// are too near to another one.
 //
 // progressive: the order of progressive_order, and the same is done for the first 64, 128, ... samples in as
 // many coarser strata; those of before stay, and each stratum's empty half gets a new one. Else the samples
 // are in the order of the strata.
 //
-// Pure in (strata, key, parameters), the same for every thread count: large sets are swept in blocks, which
-// see the others as they were before, in two turns. Cost: about 8 us a sample (12 where progressive);
-// some 260 bytes a sample with 16 candidates. Throws std::invalid_argument for parameters that `validate`
-// refuses.
+// Pure in (strata, key, parameters), the same for every number of threads: the samples of a group are chosen
+// before any of them moves. Cost: about 10 us a sample (15 where progressive) on one core, several times as
+// much where sheets are stacked; some 350 bytes a sample with 16 candidates. Throws std::invalid_argument for
+// parameters that `validate` refuses.
 SpacedSamples space_samples(const Strata& strata, bool progressive, RandomKey key,
                             const SpacingParameters& parameters, const CancelToken& cancel = {});
 

@@ -70,6 +70,16 @@ std::int64_t StratumGrid::cell_along(double coordinate, std::size_t level) const
   return static_cast<std::int64_t>(std::floor(coordinate * per_unit_[level]));
 }
 
+StratumGrid::CellBox StratumGrid::cells_around(const PointBox& middle, double around,
+                                               std::size_t level) const {
+  CellBox cells;
+  for (std::size_t k = 0; k < 3; ++k) {
+    cells.low[k] = cell_along(middle.low[k] - around, level);
+    cells.high[k] = cell_along(middle.high[k] + around, level);
+  }
+  return cells;
+}
+
 void StratumGrid::add(const PointBox& box, float around) {
   double extent = static_cast<double>(around);
   std::array<double, 3> center;

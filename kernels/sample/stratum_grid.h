@@ -29,9 +29,9 @@ class StratumGrid {
   void build();
 
   struct Scratch {
-    std::vector<std::uint32_t> slots = std::vector<std::uint32_t>(512, 0), used;
+    std::vector<std::uint32_t> slots = std::vector<std::uint32_t>(1024, 0), used;
   };
-  // The strata, at most `limit` (<= 256), whose boxes may come within `distance` of `box`, and that
+  // The strata, at most `limit` (<= 512), whose boxes may come within `distance` of `box`, and that
   // keep(stratum, box) says yes to; each once, in a fixed order. torn: the same for each of the places (rows
   // of coordinates) in the box, and for these alone. Of much finer strata only those near the places are
   // found: the number of others in the box has no bound. O(cells + strata) around.
@@ -39,6 +39,13 @@ class StratumGrid {
   void find(std::span<const float> x, std::span<const float> y, std::span<const float> z, const PointBox& box,
             bool torn, float distance, std::size_t limit, const Keep& keep, Scratch& scratch,
             std::vector<std::uint32_t>& found) const;
+
+  // The same for boxes of several strata at once: all strata whose boxes may come within `distance` of `box`
+  // and that keep(stratum) says yes to. False where there are more than `limit` or some much finer ones, of
+  // which only those near places are to be found.
+  template <class Keep>
+  bool find_around(const PointBox& box, float distance, std::size_t limit, const Keep& keep,
+                   std::vector<std::uint32_t>& found) const;
 
  private:
   struct Brick {
@@ -59,6 +66,7 @@ class StratumGrid {
   std::size_t slot_of(std::uint64_t key) const;
   void grow();
   std::int64_t cell_along(double coordinate, std::size_t level) const;
+  CellBox cells_around(const PointBox& middle, double around, std::size_t level) const;
   template <class Visit>
   void visit_cells(const CellBox& box, std::size_t level, const Visit& visit) const;
 
@@ -103,7 +111,7 @@ void StratumGrid::find(std::span<const float> x, std::span<const float> y, std::
   };
   const auto add_new = [&](std::uint32_t stratum, const PointBox& place) {
     if (!keep(stratum, place)) return true;
-    std::size_t slot = stratum * 0x9E3779B9u >> 23;
+    std::size_t slot = stratum * 0x9E3779B9u >> 22;
     for (; scratch.slots[slot] != 0; slot = (slot + 1) % scratch.slots.size())
       if (scratch.slots[slot] == stratum + 1) return true;
     scratch.slots[slot] = stratum + 1;
@@ -115,26 +123,36 @@ void StratumGrid::find(std::span<const float> x, std::span<const float> y, std::
     const auto level = static_cast<std::size_t>(std::countr_zero(left));
     const bool finer = distance > most_cells * cell_[level];
     const double around = finer ? 2 * cell_[level] : distance + half_box * cell_[level];
-    const auto cells_around = [&](const PointBox& middle) {
-      CellBox cells;
-      for (std::size_t k = 0; k < 3; ++k) {
-        cells.low[k] = cell_along(middle.low[k] - around, level);
-        cells.high[k] = cell_along(middle.high[k] + around, level);
-      }
-      return cells;
-    };
     if (!torn && !finer) {
-      visit_cells(cells_around(box), level, add);
+      visit_cells(cells_around(box, around, level), level, add);
       continue;
     }
     for (std::size_t i = 0; i < x.size() && found.size() < limit; ++i) {
       const std::array<float, 3> at = {x[i], y[i], z[i]};
       const PointBox place = {at, at};
-      visit_cells(cells_around(place), level, [&](std::uint32_t stratum) { return add_new(stratum, place); });
+      visit_cells(cells_around(place, around, level), level,
+                  [&](std::uint32_t stratum) { return add_new(stratum, place); });
     }
     for (const std::uint32_t slot : scratch.used) scratch.slots[slot] = 0;
     scratch.used.clear();
   }
+}
+
+template <class Keep>
+bool StratumGrid::find_around(const PointBox& box, float distance, std::size_t limit, const Keep& keep,
+                              std::vector<std::uint32_t>& found) const {
+  found.clear();
+  for (std::uint64_t left = levels_; left != 0; left &= left - 1) {
+    const auto level = static_cast<std::size_t>(std::countr_zero(left));
+    if (distance > most_cells * cell_[level]) return false;
+    visit_cells(cells_around(box, distance + half_box * cell_[level], level), level,
+                [&](std::uint32_t stratum) {
+                  if (keep(stratum)) found.push_back(stratum);
+                  return found.size() <= limit;
+                });
+    if (found.size() > limit) return false;
+  }
+  return true;
 }
 
 }  // namespace meander

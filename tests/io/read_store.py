@@ -117,7 +117,7 @@ def check_rows(file, lines, samples):
 def check_attributes(file, rows, samples, compression):
     attributes = dict(file.attrs)
     assert attributes.pop("tool_version").count(".") == 2
-    assert attributes == {"format": "meander", "format_version": 6, "method_version": 18, "content": "meshes", "seed": 7, "samples": samples,
+    assert attributes == {"format": "meander", "format_version": 6, "method_version": 19, "content": "meshes", "seed": 7, "samples": samples,
                           "rows": rows, "compression": compression,
                           "parameters": '{"density":"uniform","describe":["d2"],"method":"conformal"}'}, attributes
     assert file["points"].attrs["order"] == "progressive"

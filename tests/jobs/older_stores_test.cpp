@@ -1,11 +1,20 @@
 // Stores and unfinished runs that older programs left (tests/fixtures): this program goes on with them.
+#include <fmt/format.h>
+#include <hdf5.h>
 #include <unistd.h>
 
 #include <chrono>
+#include <cstdint>
+#include <cstring>
 #include <filesystem>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
+#include "io/digest.h"
+#include "io/store/crc32c.h"
+#include "io/store/store_file.h"
 #include "io/store/store_reader.h"
 #include "io/store/store_verify.h"
 #include "support/catch.h"
@@ -21,6 +30,43 @@ namespace {
 
 const fs::path fixtures = fs::path(MEANDER_SOURCE_DIR) / "tests/fixtures";
 
+// The method version of what a program of format 5 left is made this program's: what its parameters select
+// has had the same points since, and a run of another method version is not gone on with, as the last case
+// shows.
+void adopt_store(const fs::path& store) {
+  const hid_t file = H5Fopen(store.c_str(), H5F_ACC_RDWR, H5P_DEFAULT);
+  REQUIRE(file >= 0);
+  const hid_t attribute = H5Aopen(file, "method_version", H5P_DEFAULT);
+  const std::uint32_t version = store_method_version;
+  CHECK(H5Awrite(attribute, H5T_NATIVE_UINT32, &version) >= 0);
+  H5Aclose(attribute);
+  H5Fclose(file);
+  std::string bytes = read_file(store);
+  const std::uint32_t checksum = crc32c(std::span<const char>(bytes).subspan(store::user_block_bytes));
+  bytes.replace(0, store::user_block_bytes, store::user_block_text(bytes.size(), checksum));
+  write_file(store, bytes);
+}
+void adopt_run(const fs::path& folder) {
+  // A plan is a line, numbers of eight bytes (format version, method version), more, and a checksum.
+  std::string plan = read_file(folder / "plan.bin"), json = read_file(folder / "run.json");
+  const std::size_t end = plan.size() - sizeof(std::uint32_t), at = plan.find('\n') + 1 + 8;
+  const auto digest = [&] { return hex_text(sha256(std::as_bytes(std::span(plan)))); };
+  const auto replace = [&](const std::string& from, const std::string& to) {
+    const std::size_t place = json.find(from);
+    REQUIRE(place != std::string::npos);
+    json.replace(place, from.size(), to);
+  };
+  const std::string before = digest();
+  replace(fmt::format("\"method_version\":{},", static_cast<unsigned>(plan.at(at))),
+          fmt::format("\"method_version\":{},", store_method_version));
+  plan[at] = static_cast<char>(store_method_version);
+  const std::uint32_t checksum = crc32c(std::span<const char>(plan).first(end));
+  std::memcpy(&plan[end], &checksum, sizeof checksum);
+  replace(before, digest());
+  write_file(folder / "plan.bin", plan);
+  write_file(folder / "run.json", json);
+}
+
 // A folder as the older program left it: the models, and of `name` the store and the unfinished run.
 struct OlderFolder {
   ScratchFolder scratch;
@@ -34,9 +80,11 @@ struct OlderFolder {
   }
   void bring_store(const std::string& name) const {
     fs::copy_file(from_ / (name + ".h5"), scratch / (name + ".h5"));
+    adopt_store(scratch / (name + ".h5"));
   }
   void bring_run(const std::string& name) const {
     fs::copy(from_ / (name + ".unfinished"), scratch / (name + ".h5.run"), fs::copy_options::recursive);
+    adopt_run(scratch / (name + ".h5.run"));
   }
   ProcessResult command(std::vector<std::string> arguments) const {
     ProcessOptions options;
@@ -128,6 +176,22 @@ TEST_CASE("older stores: rows of a store of format 5 are reused") {
   folder.bring_store("describe");
   folder.run("new", {"--reuse", "describe.h5"});
   CHECK(folder.bytes("new") == folder.fresh_bytes());
+}
+
+TEST_CASE("older stores: a run of an older method version is not gone on with, and the message names both") {
+  const ScratchFolder scratch;
+  fs::copy(fixtures / "format5/models", scratch / "models", fs::copy_options::recursive);
+  fs::copy(fixtures / "format5/begun.unfinished", scratch / "begun.h5.run", fs::copy_options::recursive);
+  ProcessOptions options;
+  options.in_child = [folder = scratch.path().string()] {
+    if (::chdir(folder.c_str()) != 0) ::_exit(127);
+  };
+  const ProcessResult result =
+      meander_with({"run", "models", "-n", "32", "--colors", "--attribute", "quality", "--describe",
+                    "d2,basics", "--bins", "8", "--progress", "none", "-o", "begun.h5"},
+                   options);
+  CHECK(result.exit_code == 2);
+  CHECK(contains(result.err, fmt::format("the method version was 18, now it is {}", store_method_version)));
 }
 
 TEST_CASE("older stores: stores of formats 2 to 4 are whole, exported, and described further") {

@@ -2,6 +2,7 @@
 // over rotated boxes beside the sequence shifted, and how far they are from unbiased. The cases over shared
 // meshes and many seeds are slow.
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <string>
@@ -46,17 +47,29 @@ double bias_ratio(SpacedModel& model, std::span<const RotatedBox> boxes, std::ui
   return bias.ratio();
 }
 
-// Density of the samples at most .1 sqrt(A / n) from the border of the unit square, over that of all.
-double border_density(SpacedModel& model, std::uint32_t n, std::uint64_t seeds) {
-  const double side = std::sqrt(model.state.surface.total_area), strip = 0.1 * side / std::sqrt(n);
-  double inside = 0;
+constexpr std::array<double, 4> strips = {0.1, 0.25, 0.5, 1};
+
+// Density of the samples at most strips x sqrt(A / n) from the border of a square, or the edges of a cube,
+// over that of all.
+std::array<double, 4> edge_density(SpacedModel& model, bool of_cube, std::uint32_t n, std::uint64_t seeds) {
+  const double area = model.state.surface.total_area, side = std::sqrt(of_cube ? area / 6 : area);
+  std::array<double, 4> inside{};
   for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
     const std::vector<double> points = model.points(n, seed);
-    for (std::size_t i = 0; i < points.size(); i += 3)
-      inside += 0.5 * side - std::max(std::abs(points[i]), std::abs(points[i + 1])) < strip;
+    for (std::size_t i = 0; i < points.size(); i += 3) {
+      std::array<double, 3> gap;
+      for (std::size_t k = 0; k < 3; ++k) gap[k] = 0.5 * side - std::abs(points[i + k]);
+      std::sort(gap.begin(), gap.end());
+      // The third coordinate of a square is 0, far from any border; the nearest face of a cube is its own.
+      const double to_edge = gap[of_cube ? 1 : 0];
+      for (std::size_t k = 0; k < strips.size(); ++k) inside[k] += to_edge < strips[k] * std::sqrt(area / n);
+    }
   }
-  const double share = 1 - std::pow(1 - 2 * strip / side, 2);
-  return inside / (static_cast<double>(seeds) * n * share);
+  for (std::size_t k = 0; k < strips.size(); ++k) {
+    const double share = 1 - std::pow(1 - 2 * strips[k] * std::sqrt(area / n) / side, 2);
+    inside[k] /= static_cast<double>(seeds) * n * share;
+  }
+  return inside;
 }
 
 constexpr SequenceKind spaced = SequenceKind::spaced, shifted = SequenceKind::shifted;
@@ -95,11 +108,86 @@ TEST_CASE("spaced samples: nearly unbiased", "[statistics]") {
     CHECK(bias(grid_plane(12, 12), spaced, order) < 0.10);
     CHECK(bias(torus(48, 24), spaced, order) < 0.10);
     CHECK(bias(cube(), spaced, order) < 0.22);
-    SpacedModel square(grid_plane(12, 12), "auto", spaced, order);
-    CHECK(border_density(square, 256, seeds) == Approx(1).margin(0.2));
   }
   CHECK(bias(grid_plane(12, 12), SequenceKind::stratified, OrderKind::curve) <
         0.03);  // the measure's own error
+}
+
+TEST_CASE("spaced samples: are as dense beside borders and creases as elsewhere", "[statistics]") {
+  constexpr std::array<double, 4> margins = {0.28, 0.15, 0.08, 0.05};
+  for (const OrderKind order : {OrderKind::curve, OrderKind::progressive})
+    for (const bool of_cube : {false, true}) {
+      SpacedModel model(of_cube ? cube() : grid_plane(12, 12), "auto", spaced, order);
+      const std::array<double, 4> density = edge_density(model, of_cube, 256, 300);
+      for (std::size_t k = 0; k < strips.size(); ++k) {
+        INFO((of_cube ? "cube" : "square") << (order == OrderKind::curve ? ", along" : ", progressive")
+                                           << ", within " << strips[k] << " spacings");
+        CHECK(density[k] == Approx(1).margin(margins[k]));
+      }
+    }
+}
+
+TEST_CASE("spaced samples: thin plates keep the samples of their rims, and strips stay filled",
+          "[statistics]") {
+  for (const OrderKind order : {OrderKind::curve, OrderKind::progressive}) {
+    // The rim of a plate .002 thick and 1 wide has 40 of 10,000 samples.
+    PolygonMesh plate = cube();
+    for (double& z : plate.z) z *= 0.002;
+    SpacedModel on_plate(plate, "auto", spaced, order);
+    const double half = std::sqrt(on_plate.state.surface.total_area / (8 + 16 * 0.002));
+    double rim = 0;
+    constexpr std::uint32_t n = 10000, seeds = 4;
+    for (std::uint32_t seed = 1; seed <= seeds; ++seed) {
+      const std::vector<double> points = on_plate.points(n, seed);
+      for (std::size_t i = 0; i < points.size(); i += 3)
+        rim += std::max(std::abs(points[i]), std::abs(points[i + 1])) > half * (1 - 1e-6) ? 1.0 / seeds : 0;
+    }
+    CHECK(rim == Approx(n * 16 * 0.002 / (8 + 16 * 0.002)).margin(8));
+
+    // A strip a third of a spacing wide: a tenth of its length has a tenth of the samples, its outer half a
+    // half.
+    SpacedModel on_strip(grid_plane(100, 1, 9, 0.01), "auto", spaced, order);
+    const double length = 9 * std::sqrt(on_strip.state.surface.total_area / 0.09), width = length / 900;
+    std::array<double, 10> tenths{};
+    double beside = 0;
+    for (std::uint32_t seed = 1; seed <= 8; ++seed) {
+      const std::vector<double> points = on_strip.points(100, seed);
+      for (std::size_t i = 0; i < points.size(); i += 3) {
+        ++tenths[static_cast<std::size_t>(std::clamp(10 * (points[i] / length + 0.5), 0.0, 9.0))];
+        beside += std::abs(points[i + 1]) > 0.25 * width ? 1 : 0;
+      }
+    }
+    for (const double count : tenths) CHECK(count == Approx(80).margin(6));
+    CHECK(beside == Approx(400).margin(80));
+  }
+}
+
+TEST_CASE("spaced samples: stacks of sheets and parts smaller than a sample get their share",
+          "[statistics]") {
+  for (const OrderKind order : {OrderKind::curve, OrderKind::progressive}) {
+    // A book of 40 pages beside a single one.
+    PolygonMesh book = moved(grid_plane(4, 4), 1, 2, 0, 0);
+    for (int page = 0; page < 40; ++page) book = merged(book, moved(grid_plane(4, 4), 1, 0, 0, 2e-4 * page));
+    SpacedModel on_book(book, "auto", spaced, order), control(book, "auto", shifted, order);
+    const std::vector<RotatedBox> boxes = on_book.boxes(300);
+    const Quality own = quality(on_book, boxes, 1024, 1024, 4),
+                  other = quality(control, boxes, 1024, 1024, 4);
+    INFO((order == OrderKind::curve ? "along" : "progressive")
+         << ": error " << own.error << ", shifted " << other.error);
+    CHECK(own.error < other.error);
+    // 1,024 triangles, each a sixteenth of a sample: one half of them has half of the samples.
+    PolygonMesh parts = moved(tetrahedron(), 0.01, 0, 0, 0);
+    for (int i = 1; i < 256; ++i)
+      parts = merged(parts, moved(tetrahedron(), 0.01, i % 16, i / 16, 0.3 * (i % 7)));
+    SpacedModel on_parts(parts, "auto", spaced, order);
+    double left = 0;
+    constexpr std::uint32_t seeds = 40;
+    for (std::uint32_t seed = 1; seed <= seeds; ++seed) {
+      const std::vector<double> points = on_parts.points(64, seed);
+      for (std::size_t i = 0; i < points.size(); i += 3) left += points[i] < 0 ? 1.0 / seeds : 0;
+    }
+    CHECK(left == Approx(32).margin(1.5));
+  }
 }
 
 TEST_CASE("spaced samples: region counts follow a density") {

@@ -13,11 +13,13 @@
 #include "kernels/analyse/spacing.h"
 #include "kernels/mesh/prepare_mesh.h"
 #include "kernels/partition/element_cells.h"
+#include "kernels/sample/kernel_sums.h"
 #include "kernels/sample/mesh_strata.h"
+#include "kernels/sample/packed_rows.h"
 #include "kernels/sample/place_samples.h"
-#include "kernels/sample/room.h"
 #include "kernels/sample/sequence.h"
 #include "kernels/sample/stratum_grid.h"
+#include "kernels/sample/stratum_lists.h"
 #include "support/catch.h"
 #include "support/sanitized.h"
 #include "support/test_meshes.h"
@@ -93,36 +95,159 @@ bool same(const SpacedSamples& a, const SpacedSamples& b) {
 
 }  // namespace
 
-TEST_CASE("room: distances and masses match a slow loop, with the same bits for all instruction sets") {
+TEST_CASE("kernel sums: distances match a slow loop, with the same bits for all instruction sets") {
   for (const std::size_t places : {1u, 7u, 8u, 16u, 33u})
     for (const std::size_t points : {0u, 1u, 5u, 200u}) {
       const auto place = random_points(places, 1), point = random_points(points, 2);
-      std::vector<std::uint32_t> weight(points);
-      for (std::size_t i = 0; i < points; ++i) weight[i] = 1 + i % 3;
       std::vector<float> nearest(places, 0.5f);
-      std::vector<std::uint32_t> mass(places);
-      for (std::size_t k = 0; k < places; ++k) {
-        const auto squared = [&](const std::array<float, 3>& p) {
+      for (std::size_t k = 0; k < places; ++k)
+        for (const auto& p : point) {
           const float x = place[k][0] - p[0], y = place[k][1] - p[1], z = place[k][2] - p[2];
-          return x * x + y * y + z * z;
-        };
-        for (const auto& p : point) nearest[k] = std::min(nearest[k], squared(p));
-        for (std::size_t i = 0; i < points; ++i) mass[k] += squared(point[i]) < 0.3f ? weight[i] : 0;
-      }
+          nearest[k] = std::min(nearest[k], x * x + y * y + z * z);
+        }
       for (const InstructionSet set : {InstructionSet::scalar, InstructionSet::avx2}) {
         if (!is_available(set)) continue;
         std::vector<float> lowered(places, 0.5f);
         lower_to_nearest(rows_of(place), rows_of(point), lowered, set);
         CHECK(lowered == nearest);
-        std::vector<std::uint32_t> summed(places);
-        const std::vector<float> limit(places, 0.3f);
-        mass_within(rows_of(place), rows_of(point), weight, limit, summed, set);
-        CHECK(summed == mass);
       }
     }
 }
 
-TEST_CASE("room: packed places are recovered at their steps") {
+TEST_CASE(
+    "kernel sums: kernels match sums in double precision, with the same bits for all instruction sets") {
+  for (const std::size_t places : {1u, 8u, 33u})
+    for (const std::size_t points : {3u, 200u}) {
+      const auto place = random_points(places, 1), point = random_points(points, 2);
+      for (const float short_weight : {0.0f, 5.0f}) {
+        const KernelScale scale{1 / 0.8f, 1 / 0.3f, 2, short_weight};
+        const std::size_t first = points / 3, count = points - first;
+        std::vector<double> expected(places, 1);
+        for (std::size_t k = 0; k < places; ++k)
+          for (std::size_t i = first; i < points; ++i) {
+            double squared = 0;
+            for (std::size_t c = 0; c < 3; ++c)
+              squared += std::pow(double(place[k][c]) - double(point[i][c]), 2);
+            const double d = std::sqrt(squared);
+            expected[k] += 2 * std::pow(std::max(1 - d / 0.8, 0.0), 2) +
+                           double(short_weight) * std::pow(std::max(1 - d / 0.3, 0.0), 2);
+          }
+        std::vector<float> sums[2];
+        for (const InstructionSet set : {InstructionSet::scalar, InstructionSet::avx2}) {
+          std::vector<float>& sum = sums[set == InstructionSet::avx2];
+          sum.assign(places, 1);
+          add_kernel(rows_of(place), rows_of(point), first, count, scale, sum, set);
+          for (std::size_t k = 0; k < places; ++k) CHECK(double(sum[k]) == Approx(expected[k]).epsilon(1e-5));
+        }
+        CHECK(sums[0] == sums[1]);
+      }
+    }
+}
+
+TEST_CASE("kernel sums: groups attract like their points") {
+  // 500 points in a box of .3 x .2 x .1, a distance of 1 to 2 away; the reach is 4, farther than all of them.
+  const auto inner = random_points(500, 3);
+  PointGroup group{500};
+  std::vector<std::array<float, 3>> points;
+  for (const auto& p : inner) points.push_back({0.3f * p[0], 0.2f * p[1], 0.1f * p[2]});
+  for (const auto& p : points)
+    for (std::size_t c = 0; c < 3; ++c) group.mean[c] += p[c] / 500;
+  constexpr std::array<std::array<std::size_t, 2>, 6> of = {{{0, 0}, {1, 1}, {2, 2}, {1, 2}, {0, 2}, {0, 1}}};
+  for (const auto& p : points)
+    for (std::size_t m = 0; m < 6; ++m)
+      group.central[m] += (p[of[m][0]] - group.mean[of[m][0]]) * (p[of[m][1]] - group.mean[of[m][1]]) / 500;
+  group.per_extent = 1 / std::sqrt(2 * (group.central[0] + group.central[1] + group.central[2]));
+  std::vector<std::array<float, 3>> places;
+  for (const auto& p : random_points(40, 4)) {
+    const float length = std::sqrt(p[0] * p[0] + p[1] * p[1] + p[2] * p[2]) + 1e-3f;
+    const float distance = 1 + std::fmod(length * 7, 1.0f);
+    places.push_back({p[0] / length * distance, p[1] / length * distance, p[2] / length * distance});
+  }
+  std::vector<float> exact(places.size(), 0), sums[2];
+  add_kernel(rows_of(places), rows_of(points), 0, points.size(), {1 / 4.0f, 0, 1, 0}, exact);
+  for (const InstructionSet set : {InstructionSet::scalar, InstructionSet::avx2}) {
+    std::vector<float>& sum = sums[set == InstructionSet::avx2];
+    sum.assign(places.size(), 0);
+    add_group_kernel(rows_of(places), std::span(&group, 1), 1 / 4.0f, sum, set);
+    for (std::size_t k = 0; k < places.size(); ++k) CHECK(sum[k] == Approx(exact[k]).epsilon(5e-4));
+  }
+  CHECK(sums[0] == sums[1]);
+  // The mean alone is not enough.
+  const auto& m = group.mean;
+  std::vector<float> by_mean(places.size(), 0);
+  add_kernel(rows_of(places), rows_of({m}), 0, 1, {1 / 4.0f, 0, 500, 0}, by_mean);
+  float worst = 0;
+  for (std::size_t k = 0; k < places.size(); ++k)
+    worst = std::max(worst, std::abs(by_mean[k] / exact[k] - 1));
+  CHECK(worst > 3e-3f);
+}
+
+TEST_CASE("kernel sums: gaps between boxes match a slow loop, with the same bits for all instruction sets") {
+  const auto corner = random_points(37, 5), extent = random_points(37, 6);
+  BoxRows boxes;
+  boxes.resize(corner.size());
+  for (std::size_t i = 0; i < corner.size(); ++i) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      boxes.low[k][i] = corner[i][k];
+      boxes.high[k][i] = corner[i][k] + 0.3f * std::abs(extent[i][k]);
+    }
+    boxes.margin[i] = 0.1f * std::abs(extent[i][0]);
+  }
+  const std::array<float, 3> low = {-0.2f, 0.1f, 0}, high = {0.1f, 0.3f, 0.2f};
+  std::vector<float> beyond[2];
+  find_gaps(boxes, low, high, 0.2f, beyond[0], InstructionSet::scalar);
+  find_gaps(boxes, low, high, 0.2f, beyond[1], InstructionSet::avx2);
+  CHECK(beyond[0] == beyond[1]);
+  int near = 0;
+  for (std::size_t i = 0; i < corner.size(); ++i) {
+    float squared = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const float gap = std::max({boxes.low[k][i] - high[k], low[k] - boxes.high[k][i], 0.0f});
+      squared += gap * gap;
+    }
+    const float within = 0.2f + boxes.margin[i];
+    CHECK(beyond[0][i] == squared - within * within);
+    near += beyond[0][i] <= 0 ? 1 : 0;
+  }
+  CHECK(near > 0);
+  CHECK(near < 37);
+}
+
+TEST_CASE("packed rows: numbers are recovered to 1/65535 of the range of their row") {
+  PackedRows rows(3, 8);
+  std::mt19937 engine(3);
+  std::uniform_real_distribution<float> uniform(-2, 5);
+  std::vector<float> values(8), read(8);
+  for (auto& v : values) v = uniform(engine);
+  const std::vector<float> equal(8, 0.3f);
+  rows.write(2, values);
+  rows.write(0, equal);
+  rows.read(2, read);
+  const auto [low, high] = std::minmax_element(values.begin(), values.end());
+  for (std::size_t k = 0; k < 8; ++k)
+    CHECK(std::abs(read[k] - values[k]) <= (*high - *low) / 65535 * 0.5f + 1e-6f);
+  CHECK(read[static_cast<std::size_t>(low - values.begin())] == *low);
+  rows.read(0, read);
+  CHECK(read == equal);
+}
+
+TEST_CASE("stratum lists: what is written is read") {
+  StratumLists lists(5, 2);
+  const std::vector<std::vector<std::uint32_t>> wanted = {
+      {}, {0}, {0, 1, 3, 4, 200, 20000, 4000000000u}, {4294967295u}, {3}};
+  for (std::size_t s = 0; s < wanted.size(); ++s) {
+    std::vector<std::uint32_t> others(wanted[s].rbegin(), wanted[s].rend());
+    lists.write(s, others);
+    if (s % 2 == 1 || s == 4) lists.close(s / 2);
+  }
+  std::vector<std::uint32_t> read = {1, 2, 3};
+  for (std::size_t s = 0; s < wanted.size(); ++s) {
+    lists.read(s, read);
+    CHECK(read == wanted[s]);
+  }
+}
+
+TEST_CASE("kernel sums: packed places are recovered at their steps") {
   const std::vector<std::uint32_t> packed = {0, 1023, 1023u << 10, 1023u << 20, 512u << 20 | 7u << 10 | 3, 1,
                                              2, 3};
   for (const InstructionSet set : {InstructionSet::scalar, InstructionSet::avx2}) {
@@ -349,7 +474,7 @@ TEST_CASE("space_samples: stacked sheets, one triangle and distant components") 
       // Farther apart than where they start, however many strata there are around each. Along a needle, which
       // has no room beside its samples, they stay as far apart: the mean of many keys, as a median varies by
       // 3 %.
-      const SpacingParameters none = {16, 0, 0, 32, 0, 0, 0, 0};
+      const SpacingParameters none = {16, 0, 0, 0};
       const auto median_distance = [&](const StrataOfMesh& of, const SpacingParameters& parameters) {
         const SpacedSamples s = space_samples(of.in_cells(), false, of.key, parameters);
         std::vector<double> distances = nearest_distances(points_of(s, n));

@@ -1,0 +1,251 @@
+#include "kernels/sample/kernel_sums.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#if defined(__SSE__)
+#include <xmmintrin.h>
+#endif
+
+namespace meander {
+
+namespace {
+
+// Eight places at a time, in vectors that the compiler maps to the instructions at hand: the same operations
+// in the same order, whatever these are.
+constexpr std::size_t lanes = 8;
+using Floats = float __attribute__((vector_size(4 * lanes)));
+using Words = std::int32_t __attribute__((vector_size(4 * lanes)));
+#define MEANDER_INLINE __attribute__((always_inline)) inline
+
+// A row from `first` on; lanes beyond its end repeat the last place.
+template <class Vector, class Value>
+MEANDER_INLINE void load(Vector& vector, std::span<const Value> row, std::size_t first) {
+  Value values[lanes];
+  for (std::size_t k = 0; k < lanes; ++k) values[k] = row[std::min(first + k, row.size() - 1)];
+  std::memcpy(&vector, values, sizeof vector);
+}
+template <class Vector, class Value>
+MEANDER_INLINE void store(const Vector& vector, std::span<Value> row, std::size_t first) {
+  std::memcpy(&row[first], &vector, sizeof(Value) * std::min(lanes, row.size() - first));
+}
+
+MEANDER_INLINE void unpack_all(std::span<const std::uint32_t> from, const std::array<float, 3>& corner,
+                               float step, float* to_x, float* to_y, float* to_z) {
+  for (std::size_t first = 0; first < from.size(); first += lanes) {
+    Words steps;
+    std::memcpy(&steps, &from[first], sizeof steps);
+    const Floats x = corner[0] + step * __builtin_convertvector(steps & 1023, Floats),
+                 y = corner[1] + step * __builtin_convertvector(steps >> 10 & 1023, Floats),
+                 z = corner[2] + step * __builtin_convertvector(steps >> 20 & 1023, Floats);
+    std::memcpy(to_x + first, &x, sizeof x);
+    std::memcpy(to_y + first, &y, sizeof y);
+    std::memcpy(to_z + first, &z, sizeof z);
+  }
+}
+
+MEANDER_INLINE void lower_all(const PointRows& places, const PointRows& points, std::span<float> squared) {
+  for (std::size_t first = 0; first < places.size(); first += lanes) {
+    Floats x, y, z, least;
+    load(x, std::span<const float>(places.x), first);
+    load(y, std::span<const float>(places.y), first);
+    load(z, std::span<const float>(places.z), first);
+    load(least, std::span<const float>(squared), first);
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const Floats dx = x - points.x[i], dy = y - points.y[i], dz = z - points.z[i];
+      const Floats d = dx * dx + dy * dy + dz * dz;
+      least = d < least ? d : least;
+    }
+    store(least, squared, first);
+  }
+}
+
+// Correctly rounded on every processor. The halves do not go by way of memory, where one would wait for the
+// other.
+MEANDER_INLINE void take_roots(Floats& values) {
+#if defined(__SSE__)
+  const __m128 low = _mm_sqrt_ps(__builtin_shufflevector(values, values, 0, 1, 2, 3));
+  const __m128 high = _mm_sqrt_ps(__builtin_shufflevector(values, values, 4, 5, 6, 7));
+  values = __builtin_shufflevector(low, high, 0, 1, 2, 3, 4, 5, 6, 7);
+#else
+  for (std::size_t k = 0; k < lanes; ++k) values[k] = std::sqrt(values[k]);
+#endif
+}
+
+template <bool with_short>
+MEANDER_INLINE void add_kernel_all(const PointRows& places, const PointRows& points, std::size_t begin,
+                                   std::size_t count, const KernelScale& scale, std::span<float> sum) {
+  const float* const px = points.x.data() + begin;
+  const float* const py = points.y.data() + begin;
+  const float* const pz = points.z.data() + begin;
+  for (std::size_t first = 0; first < places.size(); first += lanes) {
+    Floats x, y, z, total = {}, nearby = {};
+    load(x, std::span<const float>(places.x), first);
+    load(y, std::span<const float>(places.y), first);
+    load(z, std::span<const float>(places.z), first);
+    for (std::size_t i = 0; i < count; ++i) {
+      const Floats dx = x - px[i], dy = y - py[i], dz = z - pz[i];
+      Floats d = dx * dx + dy * dy + dz * dz;
+      take_roots(d);
+      Floats t = 1 - scale.per_reach * d;
+      t = t > 0 ? t : Floats{};
+      total += t * t;
+      if constexpr (with_short) {
+        Floats s = 1 - scale.per_short * d;
+        s = s > 0 ? s : Floats{};
+        nearby += s * s;
+      }
+    }
+    Floats before;
+    load(before, std::span<const float>(sum), first);
+    total = before + scale.weight * total;
+    if constexpr (with_short) total += scale.short_weight * nearby;
+    store(total, sum, first);
+  }
+}
+
+MEANDER_INLINE void add_group_kernel_all(const PointRows& places, std::span<const PointGroup> groups,
+                                         float per_reach, std::span<float> sum) {
+  const float reach = 1 / per_reach, square = per_reach * per_reach;
+  for (std::size_t first = 0; first < places.size(); first += lanes) {
+    Floats x, y, z, total;
+    load(x, std::span<const float>(places.x), first);
+    load(y, std::span<const float>(places.y), first);
+    load(z, std::span<const float>(places.z), first);
+    load(total, std::span<const float>(sum), first);
+    for (const PointGroup& g : groups) {
+      const Floats dx = x - g.mean[0], dy = y - g.mean[1], dz = z - g.mean[2];
+      const Floats squared = dx * dx + dy * dy + dz * dz;
+      Floats d = squared;
+      take_roots(d);
+      const Floats t = 1 - per_reach * d, per_d = 1 / d;
+      const Floats along = dx * (dx * g.central[0] + dy * g.central[5] + dz * g.central[4]) +
+                           dy * (dx * g.central[5] + dy * g.central[1] + dz * g.central[3]) +
+                           dz * (dx * g.central[4] + dy * g.central[3] + dz * g.central[2]);
+      const float trace = g.central[0] + g.central[1] + g.central[2];
+      const Floats value = t * t + square * trace - per_reach * per_d * (trace - along * per_d * per_d);
+      // At the reach, where the kernel ends within the group: exact in the middle for a normal distribution.
+      Floats within = 0.5f + g.per_extent * (reach - d);
+      within = within < 1 ? within : Floats{} + 1;
+      within = within > 0 ? within : Floats{};
+      total += g.mass * within * value;
+    }
+    store(total, sum, first);
+  }
+}
+
+MEANDER_INLINE void find_all_gaps(const BoxRows& boxes, const std::array<float, 3>& low,
+                                  const std::array<float, 3>& high, float distance,
+                                  std::vector<float>& beyond) {
+  for (std::size_t first = 0; first < beyond.size(); first += lanes) {
+    Floats squared = {};
+    for (std::size_t k = 0; k < 3; ++k) {
+      Floats from, to;
+      std::memcpy(&from, &boxes.low[k][first], sizeof from);
+      std::memcpy(&to, &boxes.high[k][first], sizeof to);
+      const Floats up = from - high[k], down = low[k] - to;
+      Floats gap = up > down ? up : down;
+      gap = gap > 0 ? gap : Floats{};
+      squared += gap * gap;
+    }
+    Floats within;
+    std::memcpy(&within, &boxes.margin[first], sizeof within);
+    within += distance;
+    squared -= within * within;
+    std::memcpy(&beyond[first], &squared, sizeof squared);
+  }
+}
+
+MEANDER_TARGET("avx2")
+void find_gaps_avx2(const BoxRows& boxes, const std::array<float, 3>& low, const std::array<float, 3>& high,
+                    float distance, std::vector<float>& beyond) {
+  find_all_gaps(boxes, low, high, distance, beyond);
+}
+MEANDER_TARGET("avx2")
+void add_kernel_avx2(const PointRows& places, const PointRows& points, std::size_t begin, std::size_t count,
+                     const KernelScale& scale, std::span<float> sum) {
+  if (scale.short_weight != 0)
+    add_kernel_all<true>(places, points, begin, count, scale, sum);
+  else
+    add_kernel_all<false>(places, points, begin, count, scale, sum);
+}
+void add_kernel_plain(const PointRows& places, const PointRows& points, std::size_t begin, std::size_t count,
+                      const KernelScale& scale, std::span<float> sum) {
+  if (scale.short_weight != 0)
+    add_kernel_all<true>(places, points, begin, count, scale, sum);
+  else
+    add_kernel_all<false>(places, points, begin, count, scale, sum);
+}
+MEANDER_TARGET("avx2")
+void add_group_kernel_avx2(const PointRows& places, std::span<const PointGroup> groups, float per_reach,
+                           std::span<float> sum) {
+  add_group_kernel_all(places, groups, per_reach, sum);
+}
+
+MEANDER_TARGET("avx2")
+void unpack_avx2(std::span<const std::uint32_t> from, const std::array<float, 3>& corner, float step,
+                 float* to_x, float* to_y, float* to_z) {
+  unpack_all(from, corner, step, to_x, to_y, to_z);
+}
+MEANDER_TARGET("avx2")
+void lower_avx2(const PointRows& places, const PointRows& points, std::span<float> squared) {
+  lower_all(places, points, squared);
+}
+bool takes_avx2(InstructionSet set) {
+  static const bool available = is_available(InstructionSet::avx2);
+  return set != InstructionSet::scalar && available;
+}
+
+}  // namespace
+
+void unpack(std::span<const std::uint32_t> from, const std::array<float, 3>& corner, float step, float* to_x,
+            float* to_y, float* to_z, InstructionSet set) {
+  if (takes_avx2(set))
+    unpack_avx2(from, corner, step, to_x, to_y, to_z);
+  else
+    unpack_all(from, corner, step, to_x, to_y, to_z);
+}
+
+void BoxRows::resize(std::size_t count) {
+  const std::size_t padded = (count + lanes - 1) / lanes * lanes;
+  for (std::size_t k = 0; k < 3; ++k) {
+    low[k].resize(padded);
+    high[k].resize(padded);
+  }
+  margin.resize(padded);
+}
+
+void find_gaps(const BoxRows& boxes, const std::array<float, 3>& low, const std::array<float, 3>& high,
+               float distance, std::vector<float>& beyond, InstructionSet set) {
+  beyond.resize(boxes.margin.size());
+  if (takes_avx2(set))
+    find_gaps_avx2(boxes, low, high, distance, beyond);
+  else
+    find_all_gaps(boxes, low, high, distance, beyond);
+}
+
+void lower_to_nearest(const PointRows& places, const PointRows& points, std::span<float> squared,
+                      InstructionSet set) {
+  if (takes_avx2(set))
+    lower_avx2(places, points, squared);
+  else
+    lower_all(places, points, squared);
+}
+
+void add_kernel(const PointRows& places, const PointRows& points, std::size_t first, std::size_t count,
+                const KernelScale& scale, std::span<float> sum, InstructionSet set) {
+  if (takes_avx2(set))
+    add_kernel_avx2(places, points, first, count, scale, sum);
+  else
+    add_kernel_plain(places, points, first, count, scale, sum);
+}
+
+void add_group_kernel(const PointRows& places, std::span<const PointGroup> groups, float per_reach,
+                      std::span<float> sum, InstructionSet set) {
+  if (takes_avx2(set))
+    add_group_kernel_avx2(places, groups, per_reach, sum);
+  else
+    add_group_kernel_all(places, groups, per_reach, sum);
+}
+
+}  // namespace meander

@@ -1,0 +1,79 @@
+// The inner loops of spaced samples: distances from places to samples, and sums of kernels over points.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "kernels/core/instruction_set.h"
+
+namespace meander {
+
+// Points in space as three rows of coordinates.
+struct PointRows {
+  std::vector<float> x, y, z;
+  std::size_t size() const { return x.size(); }
+  void resize(std::size_t count) {
+    x.resize(count);
+    y.resize(count);
+    z.resize(count);
+  }
+  void push_back(float to_x, float to_y, float to_z) {
+    x.push_back(to_x);
+    y.push_back(to_y);
+    z.push_back(to_z);
+  }
+};
+
+// Places as steps of 10 bits along x, y and z from a corner: to_x[i] = corner[0] + step x (from[i] & 1023),
+// and so on. Their number is a multiple of 8.
+inline constexpr float most_steps = 1023;
+void unpack(std::span<const std::uint32_t> from, const std::array<float, 3>& corner, float step, float* to_x,
+            float* to_y, float* to_z, InstructionSet set = InstructionSet::automatic);
+
+// Lowers squared[k] to the squared distance of place k to its nearest point. O(places x points), 8 at a time.
+void lower_to_nearest(const PointRows& places, const PointRows& points, std::span<float> squared,
+                      InstructionSet set = InstructionSet::automatic);
+
+// Boxes as rows of their corners and of margins around them; rows end in anything up to a multiple of 8.
+struct BoxRows {
+  std::array<std::vector<float>, 3> low, high;
+  std::vector<float> margin;
+  void resize(std::size_t count);
+};
+// beyond[i] = g^2 - (distance + margin of box i)^2, where g is the gap between that box and [low, high]: no
+// more than 0 where one may touch the other grown by `distance`. beyond: as long as the rows. O(boxes), 8 at
+// a time.
+void find_gaps(const BoxRows& boxes, const std::array<float, 3>& low, const std::array<float, 3>& high,
+               float distance, std::vector<float>& beyond, InstructionSet set = InstructionSet::automatic);
+
+// Askey's kernel (1 - d / reach)^2 at distances d < reach, else 0: positive definite, and near 0 that of the
+// energy distance. The short one has the same form and keeps points apart.
+struct KernelScale {
+  float per_reach = 1, per_short = 0;  // 1 / reach of either, > 0
+  float weight = 1, short_weight = 0;  // the short kernel is left out at 0
+};
+
+// sum[k] += the kernels at the distances between place k and the points [first, first + count). The same
+// cost.
+void add_kernel(const PointRows& places, const PointRows& points, std::size_t first, std::size_t count,
+                const KernelScale& scale, std::span<float> sum,
+                InstructionSet set = InstructionSet::automatic);
+
+// Points by their mass, mean and second central moments.
+struct PointGroup {
+  float mass = 0;
+  std::array<float, 3> mean{};
+  std::array<float, 6> central{};  // xx, yy, zz, yz, xz, xy
+  float per_extent = 0;            // 1 / sqrt(2 (xx + yy + zz))
+};
+
+// The long kernel of weight 1 over the points of groups, to the second order in their extent: no group has
+// its mean at a place. Groups that the reach divides count by the share of a normal distribution within it,
+// about. O(places x groups), 8 places at a time.
+void add_group_kernel(const PointRows& places, std::span<const PointGroup> groups, float per_reach,
+                      std::span<float> sum, InstructionSet set = InstructionSet::automatic);
+
+}  // namespace meander
