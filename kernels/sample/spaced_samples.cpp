@@ -24,8 +24,9 @@ namespace {
 
 // Spacing of the hexagonal lattice, in sqrt(area of a stratum): sqrt(2 / sqrt(3)).
 constexpr double hexagonal_spacing = 1.0745699318235418;
-// Where the short kernel ends beyond the distance that repairs ask for, in parts of that.
-constexpr float short_margin = 0.1f;
+// Where the short kernel ends: so many times the distance that repairs ask for, and at least at this one, in
+// spacings.
+constexpr float short_factor = 1.1f, least_short_reach = 0.715f * static_cast<float>(hexagonal_spacing);
 // The surface within reach, over that of a plane, up to which it counts as flat, and from which as a stack of
 // sheets.
 constexpr float flat_fullness = 1.02f, stacked_fullness = 1.15f;
@@ -520,7 +521,7 @@ class SpacedLevel {
   }
   // Adds what these repel the places with.
   void repel(std::uint32_t stratum, float weight, Visit& visit) const {
-    const float within = least_distance(stratum) * (1 + short_margin);
+    const float within = least_distance(stratum) * std::max(short_factor, least_short_reach / too_near_);
     const KernelScale scale{1 / reach_of(stratum), 1 / within, 1, weight};
     add_kernel(visit.places, visit.samples, 0, visit.samples.size(), scale, visit.energy);
   }

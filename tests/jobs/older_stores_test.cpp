@@ -31,7 +31,7 @@ namespace {
 const fs::path fixtures = fs::path(MEANDER_SOURCE_DIR) / "tests/fixtures";
 
 // The method version of what a program of format 5 left is made this program's: what its parameters select
-// has had the same points since, and a run of another method version is not gone on with, as the last case
+// has had the same points since, and a run of another method version is not gone on with, as a case below
 // shows.
 void adopt_store(const fs::path& store) {
   const hid_t file = H5Fopen(store.c_str(), H5F_ACC_RDWR, H5P_DEFAULT);
