@@ -73,10 +73,9 @@ constexpr std::uint32_t most_repair_factor = 4;
 // Their short kernel doubles so often: what repels a sample outweighs everything else in the end.
 constexpr unsigned most_doublings = 3;
 // After so many passes the samples around those that are too near are moved too, within this times that
-// distance.
+// distance, where no more than one in so many is left.
 constexpr std::uint32_t passes_alone = 4;
 constexpr float make_room = 1.6f;
-// where no more than one in so many is too near.
 constexpr std::uint32_t few_left = 64;
 // A sweep visits the strata in so many groups at random; those of one group do not see each other move.
 constexpr std::uint32_t groups = 16;
@@ -853,8 +852,8 @@ std::vector<std::string> validate(const SpacingParameters& p) {
   check_range(problems, "refinements", p.refinements, 0, 16);
   check_range(problems, "repairs", p.repairs, 0, 64);
   check_range(problems, "repair candidates", p.repair_candidates, 1, 256);
-  check_range(problems, "least spacing", p.repair_below, 0.0, 1.0);
-  check_range(problems, "least spacing of progressive sets", p.progressive_repair_below, 0.0, 1.0);
+  check_range(problems, "least spacing", p.repair_below, 0.1, 1.0);
+  check_range(problems, "least spacing of progressive sets", p.progressive_repair_below, 0.1, 1.0);
   check_range(problems, "share of repaired samples", p.repair_share, 0.0, 1.0);
   return problems;
 }

@@ -22,7 +22,7 @@ struct SpacingParameters {
   std::uint32_t refinements = 0;         // passes that offer each sample new places around its own, 0..16
   std::uint32_t repairs = 16;            // passes over samples that are too near to another one, 0..64
   std::uint32_t repair_candidates = 32;  // new places that each is offered, 1..256
-  // What is too near, in spacings of the hexagonal lattice, 0..1, along the path and in progressive order;
+  // What is too near, in spacings of the hexagonal lattice, .1..1, along the path and in progressive order;
   // but no more than this share of all samples, the nearest ones, are moved; 0..1
   double repair_below = 0.68, progressive_repair_below = 0.6, repair_share = 0.2;
 };
