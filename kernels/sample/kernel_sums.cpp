@@ -25,6 +25,11 @@ MEANDER_INLINE void load(Vector& vector, std::span<const Value> row, std::size_t
   for (std::size_t k = 0; k < lanes; ++k) values[k] = row[std::min(first + k, row.size() - 1)];
   std::memcpy(&vector, values, sizeof vector);
 }
+MEANDER_INLINE void load_places(const PointRows& places, std::size_t first, Floats& x, Floats& y, Floats& z) {
+  load(x, std::span<const float>(places.x), first);
+  load(y, std::span<const float>(places.y), first);
+  load(z, std::span<const float>(places.z), first);
+}
 template <class Vector, class Value>
 MEANDER_INLINE void store(const Vector& vector, std::span<Value> row, std::size_t first) {
   std::memcpy(&row[first], &vector, sizeof(Value) * std::min(lanes, row.size() - first));
@@ -47,9 +52,7 @@ MEANDER_INLINE void unpack_all(std::span<const std::uint32_t> from, const std::a
 MEANDER_INLINE void lower_all(const PointRows& places, const PointRows& points, std::span<float> squared) {
   for (std::size_t first = 0; first < places.size(); first += lanes) {
     Floats x, y, z, least;
-    load(x, std::span<const float>(places.x), first);
-    load(y, std::span<const float>(places.y), first);
-    load(z, std::span<const float>(places.z), first);
+    load_places(places, first, x, y, z);
     load(least, std::span<const float>(squared), first);
     for (std::size_t i = 0; i < points.size(); ++i) {
       const Floats dx = x - points.x[i], dy = y - points.y[i], dz = z - points.z[i];
@@ -80,9 +83,7 @@ MEANDER_INLINE void add_kernel_all(const PointRows& places, const PointRows& poi
   const float* const pz = points.z.data() + begin;
   for (std::size_t first = 0; first < places.size(); first += lanes) {
     Floats x, y, z, total = {}, nearby = {};
-    load(x, std::span<const float>(places.x), first);
-    load(y, std::span<const float>(places.y), first);
-    load(z, std::span<const float>(places.z), first);
+    load_places(places, first, x, y, z);
     for (std::size_t i = 0; i < count; ++i) {
       const Floats dx = x - px[i], dy = y - py[i], dz = z - pz[i];
       Floats d = dx * dx + dy * dy + dz * dz;
@@ -109,9 +110,7 @@ MEANDER_INLINE void add_group_kernel_all(const PointRows& places, std::span<cons
   const float reach = 1 / per_reach, square = per_reach * per_reach;
   for (std::size_t first = 0; first < places.size(); first += lanes) {
     Floats x, y, z, total;
-    load(x, std::span<const float>(places.x), first);
-    load(y, std::span<const float>(places.y), first);
-    load(z, std::span<const float>(places.z), first);
+    load_places(places, first, x, y, z);
     load(total, std::span<const float>(sum), first);
     for (const PointGroup& g : groups) {
       const Floats dx = x - g.mean[0], dy = y - g.mean[1], dz = z - g.mean[2];

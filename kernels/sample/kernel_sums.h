@@ -29,7 +29,7 @@ struct PointRows {
 
 // Places as steps of 10 bits along x, y and z from a corner: to_x[i] = corner[0] + step x (from[i] & 1023),
 // and so on. Their number is a multiple of 8.
-inline constexpr float most_steps = 1023;
+inline constexpr float max_steps = 1023;
 void unpack(std::span<const std::uint32_t> from, const std::array<float, 3>& corner, float step, float* to_x,
             float* to_y, float* to_z, InstructionSet set = InstructionSet::automatic);
 

@@ -8,7 +8,7 @@ namespace {
 
 // Distances below this, in units of the points, are not told apart: their squares would leave the range of
 // float.
-constexpr float least_spacing = 1e-15f;
+constexpr float min_spacing = 1e-15f;
 
 }  // namespace
 
@@ -34,7 +34,7 @@ OfferedStrata offer_leaves(const Strata& strata, const Offer& offer, const Cance
       }
       leaves.places.store(leaf, at);
       leaves.spacing[leaf] =
-          std::max(static_cast<float>(std::sqrt(mass * per_mass / candidates)), least_spacing);
+          std::max(static_cast<float>(std::sqrt(mass * per_mass / candidates)), min_spacing);
       if (!leaves.metric.empty()) leaves.metric[leaf] = strata.metric(points[0]);
     }
   });

@@ -188,7 +188,7 @@ class OfferedPlaces {
     for (std::size_t i = 0; i < places_; ++i) {
       std::uint32_t packed = 0;
       for (std::size_t k = 3; k-- > 0;) {
-        const float steps = std::min((points[i][k] - box.low[k]) * per_step + 0.5f, most_steps);
+        const float steps = std::min((points[i][k] - box.low[k]) * per_step + 0.5f, max_steps);
         packed = packed << 10 | static_cast<std::uint32_t>(steps);
       }
       packed_[stratum * places_ + i] = packed;
@@ -217,7 +217,7 @@ class OfferedPlaces {
   }
 
  private:
-  float step_of(std::size_t stratum) const { return extent(stratum) / most_steps; }
+  float step_of(std::size_t stratum) const { return extent(stratum) / max_steps; }
 
   std::size_t places_;
   std::vector<PointBox> box_;

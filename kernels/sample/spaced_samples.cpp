@@ -26,7 +26,7 @@ namespace {
 constexpr double hexagonal_spacing = 1.0745699318235418;
 // Where the short kernel ends: so many times the distance that repairs ask for, and at least at this one, in
 // spacings.
-constexpr float short_factor = 1.1f, least_short_reach = 0.715f * static_cast<float>(hexagonal_spacing);
+constexpr float short_factor = 1.1f, min_short_reach = 0.715f * static_cast<float>(hexagonal_spacing);
 // The surface within reach, over that of a plane, up to which it counts as flat, and from which as a stack of
 // sheets.
 constexpr float flat_fullness = 1.02f, stacked_fullness = 1.15f;
@@ -44,34 +44,34 @@ constexpr float near_gap = 0.25f;
 constexpr std::uint32_t nearly_equal_leaves = 256;
 // Twice the trace of the second moments of groups of points is at least so large, so that its root has an
 // inverse.
-constexpr float least_trace = 1e-36f;
+constexpr float min_trace = 1e-36f;
 // Cells are at least so large, in mean reaches.
-constexpr double least_cell = 1.0 / 1024;
+constexpr double min_cell = 1.0 / 1024;
 // Strata larger than this, in spacings, are torn.
 constexpr float torn_extent = 2.2f;
 // How far from their strata's first places samples are put: in spacings, and in extents of the stratum.
 constexpr float torn_margin = 0.55f, box_margin = 0.125f;
 // Strata that are looked at around one: about 50 on a smooth surface, more where sheets are stacked. Where
 // there are more, the stratum looks less far, by this factor each time.
-constexpr std::size_t most_neighbors = 384;
+constexpr std::size_t max_neighbors = 384;
 constexpr float shorter_reach = 0.75f;
-constexpr int most_shortenings = 8;
+constexpr int max_shortenings = 8;
 // Strata of a run along the path look for their neighbors together, unless the run is longer than this, in
 // what they look across, or has more neighbors.
 constexpr std::uint32_t run_strata = 16;
 constexpr float longest_run = 4;
-constexpr std::size_t most_candidates = 2048;
+constexpr std::size_t max_candidates = 2048;
 // The first level of a progressive set has 2^6 samples.
 constexpr int first_level = 6;
 // The last two levels of a progressive set are one where the last has fewer strata than this times those of
 // the one before.
-constexpr double most_as_one = 1.6;
+constexpr double as_one_below = 1.6;
 // New places that a sample is offered around its own.
 constexpr std::uint32_t refined_places = 8;
 // Repairs offer up to so many times as many places as the first one.
-constexpr std::uint32_t most_repair_factor = 4;
+constexpr std::uint32_t max_repair_factor = 4;
 // Their short kernel doubles so often: what repels a sample outweighs everything else in the end.
-constexpr unsigned most_doublings = 3;
+constexpr unsigned max_doublings = 3;
 // After so many passes the samples around those that are too near are moved too, within this times that
 // distance, where no more than one in so many is left.
 constexpr std::uint32_t passes_alone = 4;
@@ -80,6 +80,8 @@ constexpr std::uint32_t few_left = 64;
 // A sweep visits the strata in so many groups at random; those of one group do not see each other move.
 constexpr std::uint32_t groups = 16;
 constexpr std::size_t check_interval = 16;
+// What SpacingParameters may ask for.
+constexpr std::uint32_t max_sweeps = 64, max_refinements = 16, max_repairs = 64;
 
 // The samples of one level.
 class SpacedLevel {
@@ -125,7 +127,7 @@ class SpacedLevel {
     for (std::uint32_t sweep = 0; sweep < parameters_.sweeps; ++sweep)
       visit_groups(free, sweep, [&](std::uint32_t s, Visit& visit) { return choose(s, visit); });
     for (std::uint32_t pass = 0; pass < parameters_.refinements; ++pass)
-      visit_groups(free, most_sweeps + pass, [&](std::uint32_t s, Visit& visit) {
+      visit_groups(free, max_sweeps + pass, [&](std::uint32_t s, Visit& visit) {
         const std::uint32_t share = offer_.share_of(number_[s]), count = refined_places;
         return choose_new(s, near_place | (share * near_numbers + pass * count), count, sweep_weight(s),
                           visit);
@@ -134,15 +136,15 @@ class SpacedLevel {
       free = nearest_of(free, pass);
       const auto move = [&](std::uint32_t s, Visit& visit) {
         // Fewer are left in each pass, and those need more places.
-        const std::uint32_t more = std::min(pass + 1, most_repair_factor);
+        const std::uint32_t more = std::min(pass + 1, max_repair_factor);
         const std::uint32_t first =
-            parameters_.candidates + pass * most_repair_factor * parameters_.repair_candidates;
+            parameters_.candidates + pass * max_repair_factor * parameters_.repair_candidates;
         return choose_new(s, first, more * parameters_.repair_candidates,
-                          repair_weight * static_cast<float>(1u << std::min(pass, most_doublings)), visit);
+                          repair_weight * static_cast<float>(1u << std::min(pass, max_doublings)), visit);
       };
       // The last pass goes in one turn, so that no two of its samples miss each other.
       if (pass + 1 < parameters_.repairs)
-        visit_groups(free, most_sweeps + most_refinements + pass, move);
+        visit_groups(free, max_sweeps + max_refinements + pass, move);
       else
         visit_in_turn(free, move);
     }
@@ -160,7 +162,7 @@ class SpacedLevel {
     std::uint32_t number;
     Point at;
   };
-  // What visiting strata needs.
+  // Scratch of a visit to a stratum.
   struct Visit {
     std::vector<std::uint32_t> near;
     PointRows places, samples, background;  // what is asked about; and what there is around it
@@ -198,7 +200,7 @@ class SpacedLevel {
       sum += spacing;
       least = std::min(least, static_cast<double>(spacing));
     }
-    StratumGrid grid(kernel_reach * std::max(least, least_cell * sum / static_cast<double>(spacing_.size())));
+    StratumGrid grid(kernel_reach * std::max(least, min_cell * sum / static_cast<double>(spacing_.size())));
     for (std::uint32_t s = 0; s < blocks_.count; ++s) {
       if (s % sum_block == 0) cancel_.check();
       PointBox box = grown(offered_.box(s), margin(s));
@@ -216,7 +218,7 @@ class SpacedLevel {
         const bool together = find_candidates(first, last, search);
         for (std::uint32_t s = first; s < last; ++s) {
           search.found.clear();
-          if (!is_held(s)) look_around(s, together && is_torn(s) == 0, search);
+          if (!is_held(s)) look_around(s, together && !is_torn(s), search);
           near_.write(s, search.found);
         }
       }
@@ -224,7 +226,7 @@ class SpacedLevel {
     });
   }
 
-  // What one thread needs to find neighbors.
+  // Scratch of a thread that finds neighbors.
   struct Search {
     Search(const StratumGrid& over, std::size_t count) : grid(over) {
       places.resize(count);
@@ -265,7 +267,7 @@ class SpacedLevel {
       return squared_gap(offered_.box(other), run) <= within * within ||
              (is_held(other) && is_within(run, sample_[other], distance));
     };
-    if (!search.grid.find_around(run, distance, most_candidates, is_near, search.candidates)) return false;
+    if (!search.grid.find_around(run, distance, max_candidates, is_near, search.candidates)) return false;
     std::sort(search.candidates.begin(), search.candidates.end());
     const std::size_t count = search.candidates.size();
     search.boxes.resize(count);
@@ -285,7 +287,7 @@ class SpacedLevel {
   void look_around(std::uint32_t stratum, bool among_candidates, Search& search) {
     const PointBox& box = offered_.box(stratum);
     offered_.load(stratum, search.places, 0);
-    for (int shortening = 0; shortening <= most_shortenings; ++shortening) {
+    for (int shortening = 0; shortening <= max_shortenings; ++shortening) {
       const float distance = around(stratum);
       if (among_candidates) {
         pick_candidates(stratum, distance, search);
@@ -295,9 +297,9 @@ class SpacedLevel {
                                       (is_held(other) && is_within(place, sample_[other], distance)));
         };
         search.grid.find(search.places.x, search.places.y, search.places.z, box, is_torn(stratum), distance,
-                         most_neighbors, is_near, search.scratch, search.found);
+                         max_neighbors, is_near, search.scratch, search.found);
       }
-      if (search.found.size() < most_neighbors) break;
+      if (search.found.size() < max_neighbors) break;
       reach_[stratum] *= shorter_reach;
     }
   }
@@ -366,7 +368,7 @@ class SpacedLevel {
   }
   static void set_extent(PointGroup& group) {
     const float trace = group.central[0] + group.central[1] + group.central[2];
-    group.per_extent = 1 / std::sqrt(std::max(2 * trace, least_trace));
+    group.per_extent = 1 / std::sqrt(std::max(2 * trace, min_trace));
   }
 
   // Mass of a stratum, in samples.
@@ -489,14 +491,13 @@ class SpacedLevel {
   float own_share(std::uint32_t stratum) const {
     return std::clamp(border_balance * (1 - fullness_[slot_of(stratum)]), 0.0f, 1.0f);
   }
-  // Nearer than this is too near. The short kernel has no counterpart in the attraction: where it were as
-  // long in stacks as elsewhere, it would drive the samples out of them.
-  float least_distance(std::uint32_t stratum) const {
+  // Nearer than this is too near.
+  float min_distance(std::uint32_t stratum) const {
     const float sheets = std::max(fullness_[slot_of(stratum)] - (one_sheet - 1), 1.0f);
     return too_near_ * spacing_[stratum] / std::sqrt(sheets);
   }
-  // Of the short kernel while all samples move. It has no counterpart in the attraction: in stacks of sheets,
-  // as both sides of a thin plate, it would drive samples out of them or to their rims.
+  // Weight of the short kernel while all samples move. It has no counterpart in the attraction: in stacks of
+  // sheets, as both sides of a thin plate, it would drive samples out of them or to their rims.
   float sweep_weight(std::uint32_t stratum) const {
     const float alone = (stacked_fullness - fullness_[slot_of(stratum)]) / (stacked_fullness - flat_fullness);
     return short_weight * std::clamp(alone, 0.0f, 1.0f);
@@ -520,7 +521,7 @@ class SpacedLevel {
   }
   // Adds what these repel the places with.
   void repel(std::uint32_t stratum, float weight, Visit& visit) const {
-    const float within = least_distance(stratum) * std::max(short_factor, least_short_reach / too_near_);
+    const float within = min_distance(stratum) * std::max(short_factor, min_short_reach / too_near_);
     const KernelScale scale{1 / reach_of(stratum), 1 / within, 1, weight};
     add_kernel(visit.places, visit.samples, 0, visit.samples.size(), scale, visit.energy);
   }
@@ -577,6 +578,14 @@ class SpacedLevel {
     visit.places.push_back(sample_[stratum].x, sample_[stratum].y, sample_[stratum].z);
   }
 
+  // The sample of a stratum as the only place, and those around it, in its metric.
+  void look_at_sample(std::uint32_t stratum, Visit& visit) const {
+    near_.read(stratum, visit.near);
+    ask_about_sample(stratum, visit);
+    find_samples(stratum, visit);
+    to_metric(stratum, visit.places, 1);
+  }
+
   // Those whose sample is too near to another one, the nearest ones where there are more than a share of all:
   // where samples cannot be so far apart, as in stacked sheets, not all are moved again and again. And what
   // add_partners adds.
@@ -587,11 +596,8 @@ class SpacedLevel {
       Visit visit;
       for (std::size_t i = begin; i < end; ++i) {
         const std::uint32_t s = strata[i];
-        near_.read(s, visit.near);
-        ask_about_sample(s, visit);
-        find_samples(s, visit);
-        to_metric(s, visit.places, 1);
-        const float least = least_distance(s);
+        look_at_sample(s, visit);
+        const float least = min_distance(s);
         visit.squared.assign(1, least * least);
         lower_to_nearest(visit.places, visit.samples, visit.squared);
         distance[i] = std::sqrt(visit.squared[0]) / least;
@@ -622,11 +628,8 @@ class SpacedLevel {
     for (std::size_t i = 0; i < count; ++i) {
       if (i % check_interval == 0) cancel_.check();
       const std::uint32_t s = strata[i];
-      near_.read(s, visit.near);
-      ask_about_sample(s, visit);
-      find_samples(s, visit);
-      to_metric(s, visit.places, 1);
-      const float least = within * least_distance(s);
+      look_at_sample(s, visit);
+      const float least = within * min_distance(s);
       for (std::size_t k = 0; k < visit.near.size(); ++k) {
         const float x = visit.samples.x[k] - visit.places.x[0], y = visit.samples.y[k] - visit.places.y[0],
                     z = visit.samples.z[k] - visit.places.z[0];
@@ -689,7 +692,7 @@ class SpacedLevel {
 
   // Counters of random numbers of a stratum: its start, the shift of Offer::in_leaf, and its group in each
   // turn.
-  static constexpr std::uint32_t first_turn = 2, most_sweeps = 64, most_refinements = 16;
+  static constexpr std::uint32_t first_turn = 2;
 
   const Strata& strata_;
   const OfferedPlaces& offered_;
@@ -765,7 +768,7 @@ class SpacedSet {
   // between the others, which know nothing of it: the samples of both levels are placed together.
   bool last_two_as_one() const {
     const double before = offer_.levels.blocks(offer_.levels.last - 1).count;
-    return offer_.levels.last > first_level + 1 && strata_.count() < most_as_one * before;
+    return offer_.levels.last > first_level + 1 && strata_.count() < as_one_below * before;
   }
 
   // Places the samples of one level into its strata without one; `order`: these strata, in the order of the
@@ -848,9 +851,9 @@ std::vector<std::string> validate(const SpacingParameters& p) {
   std::vector<std::string> problems;
   check_range(problems, "candidates", p.candidates, 8, 64);
   if (p.candidates % 8 != 0) problems.push_back("candidates are a multiple of 8");
-  check_range(problems, "sweeps", p.sweeps, 0, 64);
-  check_range(problems, "refinements", p.refinements, 0, 16);
-  check_range(problems, "repairs", p.repairs, 0, 64);
+  check_range(problems, "sweeps", p.sweeps, 0, max_sweeps);
+  check_range(problems, "refinements", p.refinements, 0, max_refinements);
+  check_range(problems, "repairs", p.repairs, 0, max_repairs);
   check_range(problems, "repair candidates", p.repair_candidates, 1, 256);
   check_range(problems, "least spacing", p.repair_below, 0.1, 1.0);
   check_range(problems, "least spacing of progressive sets", p.progressive_repair_below, 0.1, 1.0);
