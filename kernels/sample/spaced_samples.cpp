@@ -22,11 +22,9 @@ using namespace spaced;
 
 namespace {
 
-// Spacing of the hexagonal lattice, in sqrt(area of a stratum): sqrt(2 / sqrt(3)).
-constexpr double hexagonal_spacing = 1.0745699318235418;
 // Where the short kernel ends: so many times the distance that repairs ask for, and at least at this one, in
 // spacings.
-constexpr float short_factor = 1.1f, min_short_reach = 0.715f * static_cast<float>(hexagonal_spacing);
+constexpr float short_factor = 1.1f, min_short_reach = 0.715f * static_cast<float>(hexagonal_distance);
 // The surface within reach, over that of a plane, up to which it counts as flat, and from which as a stack of
 // sheets.
 constexpr float flat_fullness = 1.02f, stacked_fullness = 1.15f;
@@ -97,7 +95,7 @@ class SpacedLevel {
         level_(static_cast<std::uint32_t>(level)),
         offer_(offer),
         parameters_(offer.parameters),
-        too_near_(static_cast<float>(hexagonal_spacing * repair_below)),
+        too_near_(static_cast<float>(hexagonal_distance * repair_below)),
         cancel_(cancel),
         equal_(blocks_.leaves % blocks_.count == 0 || blocks_.leaves / blocks_.count >= nearly_equal_leaves),
         reach_(blocks_.count, static_cast<float>(kernel_reach)),
@@ -166,11 +164,11 @@ class SpacedLevel {
   struct Visit {
     std::vector<std::uint32_t> near;
     PointRows places, samples, background;  // what is asked about; and what there is around it
+    PointRows in_space;                     // the places, where metrics differ from place to place
     std::vector<PointGroup> groups;
     PointRows torn;
     std::vector<std::uint32_t> weight;  // of the strata of the background
     std::vector<float> energy, own;     // of the places, and what their own stratum attracts
-    std::vector<float> squared;         // distance of each place to the nearest sample
     std::vector<PointDraw> draws;       // of new places,
     std::vector<StratumPoint> points;
     std::vector<std::uint32_t> number;  // and of `places`
@@ -347,6 +345,11 @@ class SpacedLevel {
       points.z[i] = rows[2][0] * x + rows[2][1] * y + rows[2][2] * z;
     }
   }
+  void places_to_metric(std::uint32_t stratum, Visit& visit) const {
+    if (metric_.empty()) return;
+    visit.in_space = visit.places;
+    to_metric(stratum, visit.places, visit.places.size());
+  }
   PointGroup to_metric(std::uint32_t stratum, const PointGroup& group) const {
     if (metric_.empty()) return group;
     const auto& rows = metric_[stratum].rows;
@@ -436,7 +439,7 @@ class SpacedLevel {
       count += places;
     }
     to_metric(stratum, visit.background, count);
-    to_metric(stratum, visit.places, visit.places.size());
+    places_to_metric(stratum, visit);
     visit.energy.assign(visit.places.size(), 0);
     KernelScale scale{1 / reach_of(stratum)};
     const auto add = [&](std::size_t first, std::size_t last) {
@@ -522,8 +525,46 @@ class SpacedLevel {
   // Adds what these repel the places with.
   void repel(std::uint32_t stratum, float weight, Visit& visit) const {
     const float within = min_distance(stratum) * std::max(short_factor, min_short_reach / too_near_);
-    const KernelScale scale{1 / reach_of(stratum), 1 / within, 1, weight};
+    const KernelScale scale{1 / reach_of(stratum), 1 / within, 1, metric_.empty() ? weight : 0};
     add_kernel(visit.places, visit.samples, 0, visit.samples.size(), scale, visit.energy);
+    if (metric_.empty()) return;
+    for_each_near(stratum, within, visit, [&](std::size_t place, std::size_t, float distance) {
+      const float left = 1 - distance / within;
+      visit.energy[place] += weight * left * left;
+    });
+  }
+
+  // Calls visit_pair(place, sample, distance) where these are less than `within` apart, in the spacings of
+  // the stratum. Where metrics differ from place to place, that is the shorter of the distances in those of
+  // both strata: by one of them alone, a sample would be too near for one side and stay for the other.
+  template <class VisitPair>
+  void for_each_near(std::uint32_t stratum, float within, const Visit& visit,
+                     const VisitPair& visit_pair) const {
+    for (std::size_t i = 0; i < visit.near.size(); ++i)
+      for (std::size_t k = 0; k < visit.places.size(); ++k) {
+        const float x = visit.samples.x[i] - visit.places.x[k], y = visit.samples.y[i] - visit.places.y[k],
+                    z = visit.samples.z[i] - visit.places.z[k];
+        const float squared = x * x + y * y + z * z;
+        if (metric_.empty()) {
+          if (squared < within * within) visit_pair(k, i, std::sqrt(squared));
+          continue;
+        }
+        const Point sample = sample_[visit.near[i]];
+        const float there = length_in_metric(
+            visit.near[i],
+            {sample.x - visit.in_space.x[k], sample.y - visit.in_space.y[k], sample.z - visit.in_space.z[k]});
+        const float distance =
+            std::min(std::sqrt(squared), there * spacing_[stratum] / spacing_[visit.near[i]]);
+        if (distance < within) visit_pair(k, i, distance);
+      }
+  }
+  float length_in_metric(std::uint32_t stratum, const Point& v) const {
+    float squared = 0;
+    for (const auto& row : metric_[stratum].rows) {
+      const float along = row[0] * v.x + row[1] * v.y + row[2] * v.z;
+      squared += along * along;
+    }
+    return std::sqrt(squared);
   }
 
   // The place of its stratum where the sample has the least energy; among places that are equally good, it
@@ -533,7 +574,7 @@ class SpacedLevel {
     visit.places.resize(places);
     offered_.load(stratum, visit.places, 0);
     find_samples(stratum, visit);
-    to_metric(stratum, visit.places, places);
+    places_to_metric(stratum, visit);
     visit.energy.resize(places);
     attraction_.read(slot_of(stratum), visit.energy);
     for (float& energy : visit.energy) energy = -energy;
@@ -583,7 +624,7 @@ class SpacedLevel {
     near_.read(stratum, visit.near);
     ask_about_sample(stratum, visit);
     find_samples(stratum, visit);
-    to_metric(stratum, visit.places, 1);
+    places_to_metric(stratum, visit);
   }
 
   // Those whose sample is too near to another one, the nearest ones where there are more than a share of all:
@@ -598,9 +639,10 @@ class SpacedLevel {
         const std::uint32_t s = strata[i];
         look_at_sample(s, visit);
         const float least = min_distance(s);
-        visit.squared.assign(1, least * least);
-        lower_to_nearest(visit.places, visit.samples, visit.squared);
-        distance[i] = std::sqrt(visit.squared[0]) / least;
+        distance[i] = 1;
+        for_each_near(s, least, visit, [&](std::size_t, std::size_t, float nearer) {
+          distance[i] = std::min(distance[i], nearer / least);
+        });
       }
     });
     std::vector<std::pair<float, std::uint32_t>> near;
@@ -630,11 +672,9 @@ class SpacedLevel {
       const std::uint32_t s = strata[i];
       look_at_sample(s, visit);
       const float least = within * min_distance(s);
-      for (std::size_t k = 0; k < visit.near.size(); ++k) {
-        const float x = visit.samples.x[k] - visit.places.x[0], y = visit.samples.y[k] - visit.places.y[0],
-                    z = visit.samples.z[k] - visit.places.z[0];
-        if (x * x + y * y + z * z < least * least && !is_held(visit.near[k])) strata.push_back(visit.near[k]);
-      }
+      for_each_near(s, least, visit, [&](std::size_t, std::size_t sample, float) {
+        if (!is_held(visit.near[sample])) strata.push_back(visit.near[sample]);
+      });
     }
   }
 

@@ -15,6 +15,9 @@
 
 namespace meander {
 
+// Spacing of the hexagonal lattice, in spacings sqrt(area of a sample): sqrt(2 / sqrt(3)).
+inline constexpr double hexagonal_distance = 1.0745699318235418;
+
 // How much is spent on the places.
 struct SpacingParameters {
   std::uint32_t candidates = 16;         // places that every stratum offers: 8, 16, .. 64
