@@ -41,8 +41,9 @@ void place(benchmark::State& state, const SurfaceOrder& order, const SampleParam
   Samples result;
   for ([[maybe_unused]] auto _ : state) {
     RepairCounts repairs;
+    Notes notes;
     result = place_samples({{model.surface, model.measure, bench_key()}, model.file, where}, order, frame,
-                           repairs);
+                           repairs, notes);
     benchmark::DoNotOptimize(result.points.data());
   }
   count_items(state, "sample", parameters.samples);
@@ -71,6 +72,15 @@ void place_spaced(benchmark::State& state) {
   place(state, build_cells({model.surface, model.measure, bench_key()}, element_parameters(parameters)),
         parameters);
 }
+// The same as place_in_cells, relaxed in the end.
+void place_relaxed(benchmark::State& state) {
+  const Model& model = prepared_shape(state.range(0));
+  SampleParameters parameters = method_parameters("auto", static_cast<std::uint32_t>(state.range(1)));
+  parameters.finish = FinishKind::relax;
+  place(state, build_cells({model.surface, model.measure, bench_key()}, element_parameters(parameters)),
+        parameters);
+}
+BENCHMARK(place_relaxed)->ArgsProduct({{0, 2}, {2048, 10000, 100000}})->Unit(benchmark::kMillisecond);
 BENCHMARK(place_on_elements)->ArgsProduct({{0, 1, 2}, {2048, 100000}})->Unit(benchmark::kMillisecond);
 BENCHMARK(place_in_cells)->ArgsProduct({{0, 1, 2}, {2048, 100000}})->Unit(benchmark::kMillisecond);
 BENCHMARK(place_spaced)

@@ -26,7 +26,7 @@ enum class Note : std::uint8_t {
   material_missing,     // materials that faces name and no library has
   material_assumed,     // faces without a material that took the only one of their library
   coordinates_missing,  // textured faces whose corners have no texture coordinates
-  feature_ignored,      // extensions or options that change shape or color and are not applied
+  feature_ignored,      // extensions or options that change shape, color or samples and are not applied
   color_map_ignored,    // colors that are indices into a color map
   node_repeated,        // nodes of glTF with several parents, drawn below each
   names_dropped,        // names of parts beyond the number of bytes that are kept of a model
@@ -63,6 +63,12 @@ struct Notes {
     counts[n] = count < max - counts[n] ? counts[n] + static_cast<std::uint32_t>(count) : max;
   }
 };
+
+// Adds the notes of later work on the same model.
+inline void add(Notes& notes, const Notes& later) {
+  for (std::size_t n = 0; n < note_count; ++n)
+    notes.add(static_cast<Note>(n), later.examples[n], later.counts[n]);
+}
 
 // A set of kinds of notes, one bit each.
 using NoteSet = std::uint64_t;

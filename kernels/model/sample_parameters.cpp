@@ -30,6 +30,7 @@ void check_without_topology(const SampleParameters& p, std::vector<std::string>&
   if (method.makes_charts) need("the method " + std::string(method.text));
   if (form_of(p.density).needs_topology || uses_curvature(p.density)) need("a curvature density");
   if (p.curved) need("lifting the samples to the curved surface");
+  if (p.finish == FinishKind::relax) need("the finish `relax`");
   for (const ColumnMaker& maker : column_makers)
     if (p.columns[maker.column] && maker.reads.neighbors)
       need("the column " + std::string(sample_columns[maker.column].name));
@@ -86,6 +87,14 @@ std::vector<std::string> validate(const SampleParameters& p) {
     problems.push_back(
         "the sequence `spaced` chooses points in elements: place at elements, not vertices, or choose "
         "another sequence");
+  if (p.finish == FinishKind::relax) {
+    const std::string relaxing = "the finish `relax` ";
+    if (method.follows_tensor)
+      problems.push_back(relaxing + "keeps distances in space and does not go with the method " +
+                         std::string(method.text) + ": choose another method or no finish");
+    if (p.place == PlaceKind::vertex)
+      problems.push_back(relaxing + "moves samples off the vertices of the curve: place at elements");
+  }
   if (!p.describe.descriptors.empty() && p.samples < 4)
     problems.push_back("descriptors need at least 4 samples");
   if (method_of(p).follows_tensor) {
@@ -139,6 +148,7 @@ double elements_per_sample(const SampleParameters& parameters) {
 
 bool places_in_regions(const SampleParameters& parameters) {
   return parameters.samples > most_whole_samples && parameters.sequence != SequenceKind::spaced &&
+         parameters.finish == FinishKind::none &&
          !(method_of(parameters).makes_charts && parameters.locate == LocatorKind::first_hit);
 }
 
@@ -166,8 +176,8 @@ LocateParameters locate_parameters(const SampleParameters& parameters) {
 }
 
 PlaceParameters place_parameters(const SampleParameters& parameters) {
-  return {parameters.samples,   parameters.sequence, parameters.order,  parameters.place,
-          parameters.normalize, parameters.jitter,   parameters.spacing};
+  return {parameters.samples,   parameters.sequence, parameters.order,   parameters.place,
+          parameters.normalize, parameters.jitter,   parameters.spacing, parameters.finish};
 }
 
 bool reads_coordinates(const SampleParameters& p) {

@@ -77,6 +77,7 @@ struct SampleParameters {
   SequenceKind sequence = SequenceKind::shifted;
   SpacingKind spacing = SpacingKind::standard;  // of the sequence spaced
   double jitter = 0.25;                         // of the sequence shifted: see PlaceParameters
+  FinishKind finish = FinishKind::none;         // what is done to the samples in the end
   OrderKind order = OrderKind::progressive;     // of the samples in the file
   NormalizeKind normalize = NormalizeKind::none;
   CoarsenParameters coarsen;  // of the charts of the method conformal

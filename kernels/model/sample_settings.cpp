@@ -29,6 +29,7 @@ constexpr Word<HistogramScale> scale_words[] = {{"mean", HistogramScale::mean},
 bool follows_tensor(const P& p) { return method_of(p).follows_tensor; }
 bool has_coarse_charts(const P& p) { return method_of(p).makes_charts && !follows_tensor(p); }
 bool is_shaped(const P& p) { return form_of(p.density).is_shaped; }
+bool is_finished(const P& p) { return p.finish != FinishKind::none; }
 bool is_spaced(const P& p) { return p.sequence == SequenceKind::spaced; }
 
 template <bool (*has)(const DescriptorGroup&)>
@@ -96,6 +97,13 @@ void add_place_settings(SampleSettings& list) {
       .in_python("spacing")
       .only_recorded(is_spaced)
       .acting(is_spaced, spacing_applies_to);
+  list.word(
+          "finish", "--finish", [](auto& p) -> auto& { return p.finish; }, finish_words,
+          "relax: move the samples over the surface in the end, until they are nearly as even as they can "
+          "be; "
+          "those on sheets that lie on each other stay")
+      .in_python("finish")
+      .only_recorded(is_finished);
   list.word(
           "order", "--order", [](auto& p) -> auto& { return p.order; }, order_words,
           "Order in the file: every prefix well spread, or along the curve")

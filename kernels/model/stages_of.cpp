@@ -13,6 +13,7 @@
 #include "kernels/sample/column_makers.h"
 #include "kernels/sample/curved_samples.h"
 #include "kernels/sample/point_frames.h"
+#include "kernels/sample/relaxed_samples.h"
 #include "kernels/sample/sample_attributes.h"
 #include "kernels/sample/sample_frame.h"
 
@@ -75,6 +76,7 @@ double bytes_of_samples(const SampleParameters& p, const ModelSizes& sizes) {
 
 double placing_bytes(const SampleParameters& p, const ModelSizes& sizes) {
   return charted_bytes(p, sizes) + bytes_of_order(p, sizes).placing + bytes_of_samples(p, sizes) +
+         (p.finish == FinishKind::relax ? relaxation_bytes(p.samples, sizes.triangles) : 0) +
          (p.curved ? lift_bytes(sizes.triangles) : 0);
 }
 
@@ -88,14 +90,18 @@ double describing_bytes(const SampleParameters& p, const ModelSizes& sizes) {
 // ---- up to the charts
 
 // Throws ItemError(incomplete) for notes of the kinds `strict`.
+void report_notes(const Notes& notes, NoteSet strict, ItemReport& report) {
+  report.notes = notes.counts;
+  report.note_text = text_of(notes);
+  if (const std::string text = text_of(notes, strict); !text.empty())
+    throw ItemError(Status::incomplete, text);
+}
+
 void report_file(const PolygonMesh& file, NoteSet strict, ItemReport& report) {
   report.vertices = file.vertex_count();
   report.faces = file.polygon_count();
   report.repairs = file.repairs;
-  report.notes = file.notes.counts;
-  report.note_text = text_of(file.notes);
-  if (const std::string text = text_of(file.notes, strict); !text.empty())
-    throw ItemError(Status::incomplete, text);
+  report_notes(file.notes, strict, report);
 }
 
 void report_surface(const PreparedMesh& mesh, ItemReport& report) {
@@ -129,7 +135,8 @@ ModelStages charting_direct(const SampleParameters& p) {
            [p](Model& model) {
              const bool is_placed_last = p.rows_only && p.describe.descriptors.empty();
              prepare_surface(model, p);
-             if (is_placed_last && !any_reads(p.columns, &ColumnReads::neighbors))
+             if (is_placed_last && p.finish == FinishKind::none &&
+                 !any_reads(p.columns, &ColumnReads::neighbors))
                model.surface.opposite = std::vector<std::uint32_t>();
              if (is_placed_last && p.attributes.empty() && !any_reads(p.columns, &ColumnReads::polygons))
                model.file.polygon_begin = std::vector<std::uint32_t>();
@@ -292,12 +299,18 @@ OutputFrame reported_frame(const ItemReport& report) {
   return {{report.loc[0], report.loc[1], report.loc[2]}, report.scale};
 }
 
-void place(Model& model, const PlaceParameters& parameters, const Domain& domain, MetricAt metric = {}) {
+void place(Model& model, const SampleParameters& p, const Domain& domain, MetricAt metric = {}) {
+  const PlaceParameters parameters = place_parameters(p);
   ItemReport& report = model.row.report;
   OutputFrame frame = first_frame(model, parameters);
   const PlaceContext context{context_of(model, domain), model.file, parameters, std::move(metric)};
-  model.row.samples = place_samples(context, model.order, frame, report.repairs);
+  Notes placing;
+  model.row.samples = place_samples(context, model.order, frame, report.repairs, placing);
   report_frame(frame, report);
+  if (!placing.any()) return;
+  Notes notes = model.file.notes;
+  add(notes, placing);
+  report_notes(notes, p.strict, report);
 }
 
 // The frame that lifted samples define, whatever their order in the file. lifted: in working units.
@@ -344,9 +357,9 @@ ModelStages placing_on_surface(const SampleParameters& p) {
              [parameters = place_parameters(p)](Model& model) { place_as_sites(model, parameters); },
              placing_bytes}};
   return {{"place_samples",
-           [parameters = place_parameters(p), curved = p.curved](Model& model) {
-             place(model, parameters, surface_domain(model));
-             if (curved) lift(model, parameters, model.row.samples.triangle);
+           [p](Model& model) {
+             place(model, p, surface_domain(model));
+             if (p.curved) lift(model, place_parameters(p), model.row.samples.triangle);
              model.row.report.status = Status::ok;
            },
            placing_bytes}};
@@ -354,16 +367,17 @@ ModelStages placing_on_surface(const SampleParameters& p) {
 
 ModelStages placing_on_segments(const SampleParameters& p) {
   return {{"place_samples",
-           [parameters = place_parameters(p), curved = p.curved](Model& model) {
+           [p](Model& model) {
              const MetricAt metric = [&segments = model.segments](std::uint32_t t, double b1, double b2) {
                return metric_at(segments, t, b1, b2);
              };
-             place(model, parameters, segments_domain(model), metric);
+             place(model, p, segments_domain(model), metric);
              Samples& samples = model.row.samples;
              std::vector<std::uint32_t> sources;
              for (const std::uint32_t triangle : samples.triangle)
                sources.push_back(model.segments.source_triangle[triangle]);
-             if (curved) lift(model, parameters, sources);  // may change the scale, which tensors need
+             // May change the scale, which tensors need.
+             if (p.curved) lift(model, place_parameters(p), sources);
              add_sample_tensors(model.segments, model.row.report.scale, samples);
              samples.triangle = std::move(sources);
              model.row.report.status = Status::ok;

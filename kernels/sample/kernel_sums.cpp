@@ -49,20 +49,6 @@ MEANDER_INLINE void unpack_all(std::span<const std::uint32_t> from, const std::a
   }
 }
 
-MEANDER_INLINE void lower_all(const PointRows& places, const PointRows& points, std::span<float> squared) {
-  for (std::size_t first = 0; first < places.size(); first += lanes) {
-    Floats x, y, z, least;
-    load_places(places, first, x, y, z);
-    load(least, std::span<const float>(squared), first);
-    for (std::size_t i = 0; i < points.size(); ++i) {
-      const Floats dx = x - points.x[i], dy = y - points.y[i], dz = z - points.z[i];
-      const Floats d = dx * dx + dy * dy + dz * dz;
-      least = d < least ? d : least;
-    }
-    store(least, squared, first);
-  }
-}
-
 // Correctly rounded on every processor. The halves do not go by way of memory, where one would wait for the
 // other.
 MEANDER_INLINE void take_roots(Floats& values) {
@@ -155,6 +141,63 @@ MEANDER_INLINE void find_all_gaps(const BoxRows& boxes, const std::array<float, 
   }
 }
 
+float sum_of(const Floats& values) {
+  float sum = 0;
+  for (std::size_t k = 0; k < lanes; ++k) sum += values[k];
+  return sum;
+}
+
+MEANDER_INLINE void load_all(Floats& vector, const std::vector<float>& row, std::size_t first) {
+  std::memcpy(&vector, &row[first], sizeof vector);
+}
+
+MEANDER_INLINE void sum_pull_all(const SurfaceRows& points, const std::array<float, 3>& at,
+                                 const std::array<float, 3>& normal, float per_spacing, Pull& pull) {
+  Floats way_x = {}, way_y = {}, way_z = {}, xx = {}, xy = {}, xz = {}, yy = {}, yz = {}, zz = {}, whole = {},
+         facing = {}, all = {};
+  for (std::size_t first = 0; first < points.size(); first += lanes) {
+    Floats x, y, z, mass, nx, ny, nz;
+    load_all(x, points.x, first);
+    load_all(y, points.y, first);
+    load_all(z, points.z, first);
+    load_all(mass, points.mass, first);
+    load_all(nx, points.normal_x, first);
+    load_all(ny, points.normal_y, first);
+    load_all(nz, points.normal_z, first);
+    x = per_spacing * (x - at[0]);
+    y = per_spacing * (y - at[1]);
+    z = per_spacing * (z - at[2]);
+    Floats t = 1 - 0.25f * (x * x + y * y + z * z);
+    t = t > 0 ? t : Floats{};
+    const Floats t2 = t * t, t6 = t2 * t2 * t2;
+    const Floats k7 = mass * (t6 * t), s = 3.5f * (mass * t6);
+    const Floats sx = s * x, sy = s * y;
+    way_x += k7 * x;
+    way_y += k7 * y;
+    way_z += k7 * z;
+    whole += k7;
+    xx += sx * x;
+    xy += sx * y;
+    xz += sx * z;
+    yy += sy * y;
+    yz += sy * z;
+    zz += s * z * z;
+    const Floats k8 = k7 * t;
+    all += k8;
+    facing += k8 * (0.5f + 0.5f * (normal[0] * nx + normal[1] * ny + normal[2] * nz));
+  }
+  pull.way = {sum_of(way_x), sum_of(way_y), sum_of(way_z)};
+  const float c = sum_of(whole);
+  pull.slope = {sum_of(xx) - c, sum_of(xy), sum_of(xz), sum_of(yy) - c, sum_of(yz), sum_of(zz) - c};
+  pull.facing = sum_of(facing);
+  pull.all = sum_of(all);
+}
+MEANDER_TARGET("avx2")
+void sum_pull_avx2(const SurfaceRows& points, const std::array<float, 3>& at,
+                   const std::array<float, 3>& normal, float per_spacing, Pull& pull) {
+  sum_pull_all(points, at, normal, per_spacing, pull);
+}
+
 MEANDER_TARGET("avx2")
 void find_gaps_avx2(const BoxRows& boxes, const std::array<float, 3>& low, const std::array<float, 3>& high,
                     float distance, std::vector<float>& beyond) {
@@ -185,10 +228,6 @@ MEANDER_TARGET("avx2")
 void unpack_avx2(std::span<const std::uint32_t> from, const std::array<float, 3>& corner, float step,
                  float* to_x, float* to_y, float* to_z) {
   unpack_all(from, corner, step, to_x, to_y, to_z);
-}
-MEANDER_TARGET("avx2")
-void lower_avx2(const PointRows& places, const PointRows& points, std::span<float> squared) {
-  lower_all(places, points, squared);
 }
 bool takes_avx2(InstructionSet set) {
   static const bool available = is_available(InstructionSet::avx2);
@@ -223,20 +262,30 @@ void find_gaps(const BoxRows& boxes, const std::array<float, 3>& low, const std:
     find_all_gaps(boxes, low, high, distance, beyond);
 }
 
-void lower_to_nearest(const PointRows& places, const PointRows& points, std::span<float> squared,
-                      InstructionSet set) {
-  if (takes_avx2(set))
-    lower_avx2(places, points, squared);
-  else
-    lower_all(places, points, squared);
-}
-
 void add_kernel(const PointRows& places, const PointRows& points, std::size_t first, std::size_t count,
                 const KernelScale& scale, std::span<float> sum, InstructionSet set) {
   if (takes_avx2(set))
     add_kernel_avx2(places, points, first, count, scale, sum);
   else
     add_kernel_plain(places, points, first, count, scale, sum);
+}
+
+void SurfaceRows::resize(std::size_t count) {
+  const std::size_t padded = (count + lanes - 1) / lanes * lanes;
+  for (std::vector<float>* const row : {&x, &y, &z, &mass, &normal_x, &normal_y, &normal_z}) {
+    row->resize(padded);
+    std::fill(row->begin() + static_cast<std::ptrdiff_t>(count), row->end(), 0.0f);
+  }
+}
+
+Pull sum_pull(const SurfaceRows& points, const std::array<float, 3>& at, const std::array<float, 3>& normal,
+              float per_spacing, InstructionSet set) {
+  Pull pull;
+  if (takes_avx2(set))
+    sum_pull_avx2(points, at, normal, per_spacing, pull);
+  else
+    sum_pull_all(points, at, normal, per_spacing, pull);
+  return pull;
 }
 
 void add_group_kernel(const PointRows& places, std::span<const PointGroup> groups, float per_reach,

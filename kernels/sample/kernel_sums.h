@@ -1,4 +1,4 @@
-// The inner loops of spaced samples: distances from places to samples, and sums of kernels over points.
+// The inner loops of spaced and relaxed samples: sums of kernels over points.
 #pragma once
 
 #include <array>
@@ -32,10 +32,6 @@ struct PointRows {
 inline constexpr float max_steps = 1023;
 void unpack(std::span<const std::uint32_t> from, const std::array<float, 3>& corner, float step, float* to_x,
             float* to_y, float* to_z, InstructionSet set = InstructionSet::automatic);
-
-// Lowers squared[k] to the squared distance of place k to its nearest point. O(places x points), 8 at a time.
-void lower_to_nearest(const PointRows& places, const PointRows& points, std::span<float> squared,
-                      InstructionSet set = InstructionSet::automatic);
 
 // Boxes as rows of their corners and of margins around them; rows end in anything up to a multiple of 8.
 struct BoxRows {
@@ -75,5 +71,25 @@ struct PointGroup {
 // about. O(places x groups), 8 places at a time.
 void add_group_kernel(const PointRows& places, std::span<const PointGroup> groups, float per_reach,
                       std::span<float> sum, InstructionSet set = InstructionSet::automatic);
+
+// Points of a surface with their masses and normals; rows end in anything of mass 0 up to a multiple of 8.
+struct SurfaceRows {
+  std::vector<float> x, y, z, mass, normal_x, normal_y, normal_z;
+  // The first `count` points are to be set, those behind them have no mass.
+  void resize(std::size_t count);
+  std::size_t size() const { return x.size(); }
+};
+
+// Sums over points at a place of a unit normal: with the way d from there in spacings, the kernel is
+// k(d) = (1 - d^2 / 4)^8 for |d| < 2, else 0: nearly a normal distribution of the standard deviation 1/2.
+struct Pull {
+  std::array<float, 3> way{};    // of mass d (1 - d^2 / 4)^7: a quarter of the gradient of `all`
+  std::array<float, 6> slope{};  // its derivative with the place, in spacings: xx, xy, xz, yy, yz, zz
+  float all = 0;                 // of mass k
+  float facing = 0;              // of mass k (1 + cosine between the normals) / 2
+};
+// O(points), 8 at a time.
+Pull sum_pull(const SurfaceRows& points, const std::array<float, 3>& at, const std::array<float, 3>& normal,
+              float per_spacing, InstructionSet set = InstructionSet::automatic);
 
 }  // namespace meander

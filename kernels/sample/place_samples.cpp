@@ -5,6 +5,7 @@
 #include <cmath>
 #include <concepts>
 #include <numeric>
+#include <string>
 
 #include "kernels/core/parallel.h"
 #include "kernels/sample/cell_net.h"
@@ -12,6 +13,7 @@
 #include "kernels/sample/placed_sites.h"
 #include "kernels/sample/placer.h"
 #include "kernels/sample/redraw_limit.h"
+#include "kernels/sample/relaxed_samples.h"
 #include "kernels/sample/sample_frame.h"
 #include "kernels/sample/sample_sites.h"
 #include "kernels/sample/seen_points.h"
@@ -120,9 +122,26 @@ struct ChosenSites {
   const BalancedCells* net = nullptr;             // cells whose samples form a net
 };
 
+// Moves the samples at their sites.
+void relax(const Placer& placer, SampleSites& sites, Notes& notes) {
+  std::vector<SurfacePlace> places(sites.count());
+  for (std::size_t r = 0; r < places.size(); ++r)
+    places[r] = {sites.site[r].triangle, sites.site[r].b1, sites.site[r].b2};
+  const std::uint32_t unrelaxed = relax_samples(placer.mesh, placer.measure, places, placer.cancel);
+  notes.add(Note::feature_ignored,
+            "finish relax: sheets of the surface lie on each other around " + std::to_string(unrelaxed) +
+                " of " + std::to_string(places.size()) + " samples, which stay where they were",
+            unrelaxed);
+  constexpr std::uint32_t whole_triangle = 1;
+  for (std::size_t r = 0; r < places.size(); ++r) {
+    sites.set(r, places[r].triangle, whole_triangle);
+    sites.set_point(r, {places[r].b1, places[r].b2});
+  }
+}
+
 // Draws the samples at their sites. The points are by curve rank: duplicates must be found in one fixed
 // order.
-RankedPoints place_by_rank(const Placer& placer, ChosenSites& chosen, RepairCounts& repairs) {
+RankedPoints place_by_rank(const Placer& placer, ChosenSites& chosen, RepairCounts& repairs, Notes& notes) {
   const std::uint32_t count = placer.parameters.samples;
   const bool at_vertices = placer.parameters.place == PlaceKind::vertex;
   SampleSites& sites = chosen.sites;
@@ -149,6 +168,12 @@ RankedPoints place_by_rank(const Placer& placer, ChosenSites& chosen, RepairCoun
       set(r, draw.b1, draw.b2);
     }
   });
+  if (placer.parameters.finish == FinishKind::relax) {
+    relax(placer, sites, notes);
+    parallel_blocks(count, sum_block, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t r = begin; r < end; ++r) set_point(placer, r, points);
+    });
+  }
   const OutputFrame frame = draw_in_frame(placer, sites, repairs, [&](const Placer& framed) {
     if (framed.frame_follows())
       parallel_blocks(count, sum_block, [&](std::size_t begin, std::size_t end) {
@@ -160,11 +185,12 @@ RankedPoints place_by_rank(const Placer& placer, ChosenSites& chosen, RepairCoun
   return {std::move(points), frame};
 }
 
-Samples place(const PlaceContext& context, ChosenSites chosen, OutputFrame& frame, RepairCounts& repairs) {
+Samples place(const PlaceContext& context, ChosenSites chosen, OutputFrame& frame, RepairCounts& repairs,
+              Notes& notes) {
   const std::uint32_t count = context.parameters.samples;
   const Placer placer{context, chosen.sites, frame};
   context.cancel.check();
-  const RankedPoints placed = place_by_rank(placer, chosen, repairs);
+  const RankedPoints placed = place_by_rank(placer, chosen, repairs, notes);
   context.cancel.check();
 
   std::vector<std::uint32_t> order;
@@ -220,7 +246,8 @@ ChosenSites sites_at_positions(const PlaceContext& context, const Order& order) 
 }
 
 template <class Order>
-Samples place_in(const PlaceContext& context, const Order& order, OutputFrame& frame, RepairCounts& repairs) {
+Samples place_in(const PlaceContext& context, const Order& order, OutputFrame& frame, RepairCounts& repairs,
+                 Notes& notes) {
   if (order.count() == 0) throw ItemError(Status::zero_density, "no curve element has any mass");
   if constexpr (std::same_as<Order, SurfaceRegions>) {
     const PlacedSites placed = place_sites(context, order, frame, repairs);
@@ -231,20 +258,20 @@ Samples place_in(const PlaceContext& context, const Order& order, OutputFrame& f
         const bool vertices = context.parameters.place == PlaceKind::vertex;
         ChosenSites chosen{elements_in_net(order, context.key, vertices, context.cancel)};
         chosen.net = &order.cells;
-        return place(context, std::move(chosen), frame, repairs);
+        return place(context, std::move(chosen), frame, repairs, notes);
       }
     return place(context,
                  context.parameters.sequence == SequenceKind::spaced ? spaced_sites(context, order)
                                                                      : sites_at_positions(context, order),
-                 frame, repairs);
+                 frame, repairs, notes);
   }
 }
 
 }  // namespace
 
 Samples place_samples(const PlaceContext& context, const SurfaceOrder& order, OutputFrame& frame,
-                      RepairCounts& repairs) {
-  return std::visit([&](const auto& kind) { return place_in(context, kind, frame, repairs); }, order);
+                      RepairCounts& repairs, Notes& notes) {
+  return std::visit([&](const auto& kind) { return place_in(context, kind, frame, repairs, notes); }, order);
 }
 
 double sample_bytes(const PlaceParameters& parameters, bool in_metric) {

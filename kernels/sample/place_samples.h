@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "kernels/core/cancel.h"
+#include "kernels/core/notes.h"
 #include "kernels/core/random.h"
 #include "kernels/data/samples.h"
 #include "kernels/density/density.h"
@@ -36,6 +37,10 @@ inline constexpr Word<NormalizeKind> normalize_words[] = {{"none", NormalizeKind
                                                           {"unit-diagonal", NormalizeKind::unit_diagonal},
                                                           {"pointnet", NormalizeKind::pointnet}};
 
+// What is done to the samples in the end. relax: they move over the surface (relaxed_samples.h).
+enum class FinishKind : std::uint8_t { none, relax };
+inline constexpr Word<FinishKind> finish_words[] = {{"none", FinishKind::none}, {"relax", FinishKind::relax}};
+
 inline constexpr const char* sequence_help =
     "The sample set: 1-D sets along the order, or spaced, whose places in their strata keep samples apart";
 
@@ -47,6 +52,7 @@ struct PlaceParameters {
   NormalizeKind normalize = NormalizeKind::none;
   double jitter = 0.25;                         // s of the shifted sequence, 0..1
   SpacingKind spacing = SpacingKind::standard;  // of the spaced sequence
+  FinishKind finish = FinishKind::none;
 };
 
 // Samples of cells form a net in place of a shifted set along the path.
@@ -100,8 +106,11 @@ struct PlaceContext : SurfaceContext {
 // N) along the path: expected O(N P) for P entries a cell. In regions, made with the same key, the elements
 // are made and forgotten one region after the other, several at a time by several threads; throws
 // std::invalid_argument for `spaced`, whose places depend on each other.
+//
+// With a finish, samples are moved by relax_samples before duplicates are looked for; those that stay are a
+// note.
 Samples place_samples(const PlaceContext& context, const SurfaceOrder& order, OutputFrame& frame,
-                      RepairCounts& repairs);
+                      RepairCounts& repairs, Notes& notes);
 
 // Upper bound of the bytes of the samples of a whole surface while they are placed, up to the encoded row.
 double sample_bytes(const PlaceParameters& parameters, bool in_metric);

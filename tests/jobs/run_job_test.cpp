@@ -278,6 +278,9 @@ TEST_CASE("run: mistakes on the command line exit with 2 and a suggestion") {
   says({"--spacing", "best"}, "applies to the sequence spaced only");
   says({"--sequence", "spaced", "--spacing", "bset"}, "fast|default|best");
   says({"--sequence", "spaced", "--place", "vertex"}, "place at elements");
+  says({"--finish", "relax", "--place", "vertex"}, "place at elements");
+  says({"--finish", "relax", "--method", "anisotropic"}, "choose another method or no finish");
+  says({"--finish", "relax", "--topology", "none"}, "needs the topology of the surface");
   says({"--method", "direct", "--locate", "elements"}, "leave --locate out");
   says({"--locate", "elements"}, "name a method with charts");
   says({"--curve", "hilbert"}, "name a method to choose the curve");
@@ -337,7 +340,7 @@ TEST_CASE("run: every method, locator, curve, sequence, order, density and frame
   write_collection(scratch / "in");
   // With sanitizers without the last, whose code other cases run.
   const auto variants = thinned<std::vector<std::string>>(
-      20, {{"--method", "direct"},
+      22, {{"--method", "direct"},
            {"--method", "direct", "--curve", "balanced"},
            {"--method", "direct", "--place", "vertex"},
            {"--method", "conformal", "--curve", "balanced"},
@@ -354,6 +357,8 @@ TEST_CASE("run: every method, locator, curve, sequence, order, density and frame
            {"--sequence", "spaced", "--spacing", "best", "--method", "direct"},
            {"--sequence", "spaced", "--method", "conformal", "--density", "mean"},
            {"--sequence", "spaced", "--method", "anisotropic"},
+           {"--finish", "relax"},
+           {"--finish", "relax", "--sequence", "spaced", "--density", "mean"},
            {"--order", "curve"},
            {"--density", "mean"},
            {"--compress", "none"},

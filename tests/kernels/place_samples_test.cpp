@@ -42,6 +42,7 @@ struct FramedSamples {
   Samples samples;
   OutputFrame frame;
   RepairCounts repairs;
+  Notes notes;
 };
 
 FramedSamples place_framed(const PolygonMesh& file, std::uint32_t n, PlaceParameters parameters = {},
@@ -57,7 +58,7 @@ FramedSamples place_framed(const PolygonMesh& file, std::uint32_t n, PlaceParame
   const MeshMeasure measure = measure_of(mesh, uniform_density());
   const SurfaceContext context{mesh, measure, key};
   result.samples = place_samples({context, file, parameters}, build_elements(context, element), result.frame,
-                                 result.repairs);
+                                 result.repairs, result.notes);
   return result;
 }
 Samples place(const PolygonMesh& file, std::uint32_t n, const PlaceParameters& parameters = {},
@@ -426,19 +427,20 @@ TEST_CASE("place_samples: repeated points are redrawn unless float32 has no othe
   PlaceParameters parameters;
   parameters.samples = 200;
   RepairCounts repairs;
+  Notes notes;
   // Without a moved frame the stored x takes 5 values and y many: distinct points exist; x only: they do not.
   OutputFrame frame;
   frame.loc = {0, 0, 0};
   const MeshMeasure measure = measure_of(mesh, {});
   const PlaceContext context{{mesh, measure, test_key}, sliver, parameters};
-  const Samples s = place_samples(context, direct_elements(mesh, {}, 200), frame, repairs);
+  const Samples s = place_samples(context, direct_elements(mesh, {}, 200), frame, repairs, notes);
   std::set<std::array<float, 3>> distinct;
   for (std::size_t i = 0; i < 200; ++i)
     distinct.insert({s.points[3 * i], s.points[3 * i + 1], s.points[3 * i + 2]});
   CHECK(distinct.size() + repairs[Repair::coincident_points] == 200);
   frame.scale = 1e44;  // a handful of denormal values is left
   RepairCounts collapsed;
-  place_samples(context, direct_elements(mesh, {}, 200), frame, collapsed);
+  place_samples(context, direct_elements(mesh, {}, 200), frame, collapsed, notes);
   CHECK(collapsed[Repair::coincident_points] > 0);
 }
 

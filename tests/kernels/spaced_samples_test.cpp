@@ -95,25 +95,6 @@ bool same(const SpacedSamples& a, const SpacedSamples& b) {
 
 }  // namespace
 
-TEST_CASE("kernel sums: distances match a slow loop, with the same bits for all instruction sets") {
-  for (const std::size_t places : {1u, 7u, 8u, 16u, 33u})
-    for (const std::size_t points : {0u, 1u, 5u, 200u}) {
-      const auto place = random_points(places, 1), point = random_points(points, 2);
-      std::vector<float> nearest(places, 0.5f);
-      for (std::size_t k = 0; k < places; ++k)
-        for (const auto& p : point) {
-          const float x = place[k][0] - p[0], y = place[k][1] - p[1], z = place[k][2] - p[2];
-          nearest[k] = std::min(nearest[k], x * x + y * y + z * z);
-        }
-      for (const InstructionSet set : {InstructionSet::scalar, InstructionSet::avx2}) {
-        if (!is_available(set)) continue;
-        std::vector<float> lowered(places, 0.5f);
-        lower_to_nearest(rows_of(place), rows_of(point), lowered, set);
-        CHECK(lowered == nearest);
-      }
-    }
-}
-
 TEST_CASE(
     "kernel sums: kernels match sums in double precision, with the same bits for all instruction sets") {
   for (const std::size_t places : {1u, 8u, 33u})

@@ -99,12 +99,13 @@ Model placed(const PolygonMesh& file, SampleParameters parameters, std::uint32_t
     return model;
   }
   RepairCounts repairs;
+  Notes notes;
   OutputFrame frame = output_frame(model.surface, NormalizeKind::none);
   const ElementParameters elements = element_parameters(parameters);
   const PlaceParameters where = place_parameters(parameters);
   const auto place = [&](const auto& order) {
     return place_samples({{model.surface, model.measure, model.key}, model.file, where}, order, frame,
-                         repairs);
+                         repairs, notes);
   };
   model.row.samples = elements.order == ElementOrder::balanced
                           ? place(build_cells({model.surface, model.measure, model.key}, elements))

@@ -40,7 +40,8 @@ struct Setting {
 
   // Takes seconds for many samples, and as much memory with any number of threads.
   bool slow() const {
-    return parameters.sequence == SequenceKind::spaced || !parameters.describe.descriptors.empty();
+    return parameters.sequence == SequenceKind::spaced || parameters.finish == FinishKind::relax ||
+           !parameters.describe.descriptors.empty();
   }
 };
 
@@ -80,6 +81,10 @@ std::vector<Setting> settings(std::uint32_t samples) {
     p.sequence = SequenceKind::spaced;
     p.spacing = SpacingKind::best;
     p.order = OrderKind::curve;
+  });
+  add("auto relaxed", [](P& p) {
+    p = parameters_for("auto");
+    p.finish = FinishKind::relax;
   });
   add("anisotropic spaced", [](P& p) {
     p.method = MethodChoice::anisotropic;

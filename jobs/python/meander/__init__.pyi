@@ -12,6 +12,7 @@ __version__: str
 MethodWord = Literal["auto", "conformal", "direct", "anisotropic"]
 SequenceWord = Literal["shifted", "stratified", "owen", "regular", "random", "spaced"]
 SpacingWord = Literal["fast", "default", "best"]
+FinishWord = Literal["none", "relax"]
 OrderWord = Literal["progressive", "curve"]
 CurveWord = Literal["hilbert", "peano", "peano-meander", "balanced"]
 NormalizeWord = Literal["none", "unit-sphere", "unit-box", "unit-diagonal", "pointnet"]
@@ -94,7 +95,7 @@ def run(inputs: Union[Path, Iterable[Path]], store: Path, *,
         locate: Optional[Literal["embree", "elements", "first-hit"]] = None,
         place: Optional[Literal["element", "vertex"]] = None,
         sequence: Optional[Literal["shifted", "stratified", "owen", "regular", "random", "spaced"]] = None,
-        spacing: Optional[Literal["fast", "default", "best"]] = None,
+        spacing: Optional[Literal["fast", "default", "best"]] = None, finish: Optional[Literal["none", "relax"]] = None,
         order: Optional[Literal["progressive", "curve"]] = None,
         curve: Optional[Literal["hilbert", "peano", "peano-meander", "balanced"]] = None,
         seed: Optional[Union[int, str]] = None,
@@ -120,23 +121,24 @@ def sample(vertices: Any, faces: Optional[ArrayLike] = None, n: int = 2048, *,
            topology: bool = True, describe: Union[str, Sequence[str]] = (), content: Content = None, check: bool = True,
            threads: int = 0, timeout: Optional[float] = None, method: MethodWord = "auto", density_floor: float = 0.02,
            density_exponent: float = 1.0, sequence: SequenceWord = "shifted", spacing: SpacingWord = "default",
-           order: OrderWord = "progressive", curve: Optional[CurveWord] = None, seed: int = 1,
-           normalize: NormalizeWord = "none", curved: bool = False, bins: int = 32) -> Samples: ...
+           finish: FinishWord = "none", order: OrderWord = "progressive", curve: Optional[CurveWord] = None,
+           seed: int = 1, normalize: NormalizeWord = "none", curved: bool = False, bins: int = 32) -> Samples: ...
 def sample_file(path: Path, n: int = 2048, *, density: Union[str, ArrayLike, Function] = "uniform",
                 density_at: Optional[Place] = None, describe: Union[str, Sequence[str]] = (), threads: int = 0,
                 timeout: Optional[float] = None, method: MethodWord = "auto", density_floor: float = 0.02,
                 density_exponent: float = 1.0, sequence: SequenceWord = "shifted", spacing: SpacingWord = "default",
-                order: OrderWord = "progressive", curve: Optional[CurveWord] = None, seed: int = 1,
-                normalize: NormalizeWord = "none", curved: bool = False, colors: bool = False, texcoord: bool = False,
-                attributes: Union[str, Sequence[str]] = (), topology: bool = True, bins: int = 32) -> Samples: ...
+                finish: FinishWord = "none", order: OrderWord = "progressive", curve: Optional[CurveWord] = None,
+                seed: int = 1, normalize: NormalizeWord = "none", curved: bool = False, colors: bool = False,
+                texcoord: bool = False, attributes: Union[str, Sequence[str]] = (), topology: bool = True,
+                bins: int = 32) -> Samples: ...
 @overload
 def sample_many(meshes: Iterable[Any], n: int = 2048, *, threads: int = 0, errors: Literal["raise"] = "raise",
                 density: Union[str, Function] = "uniform", density_at: Optional[Place] = None,
                 describe: Union[str, Sequence[str]] = (), check: bool = True, timeout: Optional[float] = None,
                 method: MethodWord = "auto", density_floor: float = 0.02, density_exponent: float = 1.0,
-                sequence: SequenceWord = "shifted", spacing: SpacingWord = "default", order: OrderWord = "progressive",
-                curve: Optional[CurveWord] = None, seed: int = 1, normalize: NormalizeWord = "none",
-                curved: bool = False, colors: bool = False, texcoord: bool = False,
+                sequence: SequenceWord = "shifted", spacing: SpacingWord = "default", finish: FinishWord = "none",
+                order: OrderWord = "progressive", curve: Optional[CurveWord] = None, seed: int = 1,
+                normalize: NormalizeWord = "none", curved: bool = False, colors: bool = False, texcoord: bool = False,
                 attributes: Union[str, Sequence[str]] = (), topology: bool = True,
                 bins: int = 32) -> Iterator[Samples]: ...
 @overload
@@ -144,9 +146,9 @@ def sample_many(meshes: Iterable[Any], n: int = 2048, *, threads: int = 0, error
                 density: Union[str, Function] = "uniform", density_at: Optional[Place] = None,
                 describe: Union[str, Sequence[str]] = (), check: bool = True, timeout: Optional[float] = None,
                 method: MethodWord = "auto", density_floor: float = 0.02, density_exponent: float = 1.0,
-                sequence: SequenceWord = "shifted", spacing: SpacingWord = "default", order: OrderWord = "progressive",
-                curve: Optional[CurveWord] = None, seed: int = 1, normalize: NormalizeWord = "none",
-                curved: bool = False, colors: bool = False, texcoord: bool = False,
+                sequence: SequenceWord = "shifted", spacing: SpacingWord = "default", finish: FinishWord = "none",
+                order: OrderWord = "progressive", curve: Optional[CurveWord] = None, seed: int = 1,
+                normalize: NormalizeWord = "none", curved: bool = False, colors: bool = False, texcoord: bool = False,
                 attributes: Union[str, Sequence[str]] = (), topology: bool = True,
                 bins: int = 32) -> Iterator[Union[Samples, Exception]]: ...
 def describe(vertices: Any, faces: Optional[ArrayLike] = None, descriptors: Union[str, Sequence[str]] = "pairs", *,
@@ -165,8 +167,8 @@ def remesh(vertices: Any, faces: Optional[ArrayLike] = None, n: int = 2048, *, s
            density: Union[str, ArrayLike, Function] = "uniform", density_at: Optional[Place] = None,
            content: Content = None, check: bool = True, threads: int = 0, timeout: Optional[float] = None,
            crease_angle: float = 40.0, fit: bool = False, method: MethodWord = "auto", density_floor: float = 0.02,
-           density_exponent: float = 1.0, spacing: SpacingWord = "default", order: OrderWord = "progressive",
-           curve: Optional[CurveWord] = None, seed: int = 1) -> RemeshedMesh: ...
+           density_exponent: float = 1.0, spacing: SpacingWord = "default", finish: FinishWord = "none",
+           order: OrderWord = "progressive", curve: Optional[CurveWord] = None, seed: int = 1) -> RemeshedMesh: ...
 class BoxError(float):
     limit: float
     over_limit: float
