@@ -1,0 +1,104 @@
+// Eight floats, or four doubles, at a time, as pairs of the vectors that all processors have. Those of AVX2
+// were no faster in these loops, which wait for memory and for the next node. Internal to kernels/query.
+#pragma once
+
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <type_traits>
+
+#include "kernels/core/vector_instructions.h"
+#include "kernels/query/triangle_tree.h"
+
+#define MEANDER_INLINE __attribute__((always_inline)) inline
+
+namespace meander::lanes {
+
+inline constexpr std::size_t count = TriangleTree::fan;
+// Points and answers lie in the order of the caller: those of the point so many places on along the curve are
+// fetched meanwhile.
+inline constexpr std::size_t ahead = 4;
+
+using Floats4 = float __attribute__((vector_size(16)));
+using Doubles2 = double __attribute__((vector_size(16)));
+
+template <class Half>
+struct Pair {
+  Half low, high;
+};
+using Floats = Pair<Floats4>;
+using Doubles = Pair<Doubles2>;
+
+#define MEANDER_PAIR_OPERATOR(OP)                                                                        \
+  template <class Half>                                                                                  \
+  MEANDER_INLINE auto operator OP(const Pair<Half>& a, const Pair<Half>& b) {                            \
+    return Pair<decltype(a.low OP b.low)>{a.low OP b.low, a.high OP b.high};                             \
+  }                                                                                                      \
+  template <class Half, class Number>                                                                    \
+  requires std::is_arithmetic_v<Number> MEANDER_INLINE auto operator OP(const Pair<Half>& a, Number b) { \
+    return Pair<decltype(a.low OP b)>{a.low OP b, a.high OP b};                                          \
+  }                                                                                                      \
+  template <class Half, class Number>                                                                    \
+  requires std::is_arithmetic_v<Number> MEANDER_INLINE auto operator OP(Number a, const Pair<Half>& b) { \
+    return Pair<decltype(a OP b.low)>{a OP b.low, a OP b.high};                                          \
+  }
+MEANDER_PAIR_OPERATOR(+)
+MEANDER_PAIR_OPERATOR(-)
+MEANDER_PAIR_OPERATOR(*)
+MEANDER_PAIR_OPERATOR(/)
+MEANDER_PAIR_OPERATOR(&)
+MEANDER_PAIR_OPERATOR(|)
+MEANDER_PAIR_OPERATOR(<)
+MEANDER_PAIR_OPERATOR(>)
+MEANDER_PAIR_OPERATOR(<=)
+MEANDER_PAIR_OPERATOR(>=)
+MEANDER_PAIR_OPERATOR(==)
+#undef MEANDER_PAIR_OPERATOR
+
+// Where the mask holds yes, elsewhere no.
+template <class Mask, class Half>
+MEANDER_INLINE Pair<Half> select(const Pair<Mask>& mask, const Pair<Half>& yes, const Pair<Half>& no) {
+  return {mask.low ? yes.low : no.low, mask.high ? yes.high : no.high};
+}
+
+template <class Half>
+MEANDER_INLINE Pair<Half> larger(const Pair<Half>& a, const Pair<Half>& b) {
+  return select(a > b, a, b);
+}
+
+template <class Vector, class Value>
+MEANDER_INLINE Vector load(const Value* from) {
+  Vector vector;
+  std::memcpy(&vector, from, sizeof vector);
+  return vector;
+}
+template <class Vector, class Value>
+MEANDER_INLINE void store(const Vector& vector, Value* to) {
+  std::memcpy(to, &vector, sizeof vector);
+}
+
+// All the same.
+template <class Vector, class Value>
+MEANDER_INLINE Vector all(Value value) {
+  return Vector{} + value;
+}
+
+// Correctly rounded on every processor.
+MEANDER_INLINE Floats root(const Floats& v) {
+  return {std::bit_cast<Floats4>(_mm_sqrt_ps(std::bit_cast<__m128>(v.low))),
+          std::bit_cast<Floats4>(_mm_sqrt_ps(std::bit_cast<__m128>(v.high)))};
+}
+MEANDER_INLINE Doubles root(const Doubles& v) {
+  return {std::bit_cast<Doubles2>(_mm_sqrt_pd(std::bit_cast<__m128d>(v.low))),
+          std::bit_cast<Doubles2>(_mm_sqrt_pd(std::bit_cast<__m128d>(v.high)))};
+}
+
+// A bit for each of eight lanes of a comparison where it holds.
+template <class Mask>
+MEANDER_INLINE unsigned bits_of(const Pair<Mask>& mask) {
+  return static_cast<unsigned>(_mm_movemask_ps(std::bit_cast<__m128>(mask.low))) |
+         static_cast<unsigned>(_mm_movemask_ps(std::bit_cast<__m128>(mask.high))) << 4;
+}
+
+}  // namespace meander::lanes

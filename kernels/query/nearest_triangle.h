@@ -1,0 +1,40 @@
+// The nearest triangles of a mesh, for many points.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "kernels/core/cancel.h"
+#include "kernels/query/triangle_tree.h"
+
+namespace meander {
+
+// Of n points.
+struct NearestTriangles {
+  std::vector<double> distance;         // n, >= 0
+  std::vector<std::uint32_t> triangle;  // n: the lowest number where several are equally near
+  std::vector<double> weights;          // 2 n: of corners 1 and 2 at the nearest point, >= 0, sum <= 1
+};
+
+// Beyond this distance from the middle of the mesh double does not tell its parts apart.
+inline constexpr double farthest_point = 1e12;
+
+// Finds the nearest point of the mesh of `tree` for every point: 3 n coordinates in those of the tree, at
+// most farthest_point each (else std::invalid_argument). The answers are those of nearest_on_triangle for all
+// triangles in turn, bit for bit: float boxes and planes only leave out what is farther with certainty. The
+// error of a distance is about 1e-15 (1 + |p|). Triangles without area are segments or points.
+//
+// Points are taken along a space-filling curve, so that each search begins with the triangle of the one
+// before; parallel, and the same for every order of the points and thread count. A search ends, as it takes
+// nodes and triangles once each at most. Throws timeout / RunCanceled from `cancel`. On a mesh of 25,000
+// triangles, one core: 0.4 us a point near the surface, 0.6 to 1.6 in its box; more where much of the surface
+// is equally far (the center of a sphere: all of it).
+NearestTriangles nearest_triangles(const TriangleTree& tree, std::span<const double> points,
+                                   const CancelToken& cancel = {});
+
+// Points along the 3-D Hilbert curve over their box, as far as it lies around a mesh in [-1, 1]: neighbors in
+// the order are neighbors in space. O(n).
+std::vector<std::uint32_t> order_along_curve(std::span<const double> points);
+
+}  // namespace meander
