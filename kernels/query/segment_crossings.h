@@ -1,0 +1,24 @@
+// How often a segment crosses a surface, and which way.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "kernels/query/triangle_tree.h"
+
+namespace meander {
+
+struct SegmentCrossings {
+  int outward = 0;    // crossings along the normals less those against them
+  bool sure = false;  // false where the segment passes an edge or a corner so closely, or ends so close to a
+                      // triangle, that rounding decides; `outward` says nothing then
+};
+
+// Crossings of the segment from a to b, in the coordinates of the tree. flipped: a byte for each triangle
+// that is to be turned over where it is not 0, or nothing. Signs of volumes in double with a bound of their
+// error. Where the surface is closed the winding number at b is that at a less `outward`. O(log T + triangles
+// near the box of the segment): for short segments.
+SegmentCrossings segment_crossings(const TriangleTree& tree, std::span<const std::uint8_t> flipped, Vector3 a,
+                                   Vector3 b);
+
+}  // namespace meander
