@@ -1,0 +1,327 @@
+#include "kernels/query/surface_sides.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "kernels/core/random.h"
+#include "kernels/mesh/prepare_mesh.h"
+#include "kernels/query/winding_number.h"
+#include "support/catch.h"
+#include "support/query_meshes.h"
+#include "support/test_meshes.h"
+#include "support/threads.h"
+
+using namespace meander;
+using namespace meander::test;
+
+namespace {
+
+// A mesh with all that sides are told by.
+struct SidedMesh {
+  PreparedMesh mesh;
+  TriangleTree tree;
+  OrientedSurface oriented;
+  SignRule rule = SignRule::none;
+
+  explicit SidedMesh(PolygonMesh file) {
+    drop_doubled_faces(file);
+    mesh = prepare_mesh(file);
+    tree = build_triangle_tree(mesh.x, mesh.y, mesh.z, mesh.triangles);
+    oriented = orient_outward(mesh);
+    rule = sign_rule(mesh, tree, oriented);
+  }
+  PointSides sides(std::span<const double> points) const {
+    return point_sides(tree, oriented, rule, points, nearest_triangles(tree, points));
+  }
+  // In file coordinates.
+  std::vector<double> working(std::span<const double> points) const {
+    std::vector<double> out(points.begin(), points.end());
+    const double center[3] = {mesh.center.x, mesh.center.y, mesh.center.z};
+    for (std::size_t i = 0; i < out.size(); ++i) out[i] = (out[i] - center[i % 3]) / mesh.unit;
+    return out;
+  }
+  double winding_at(Vector3 file) const {
+    const PointSides found = sides(working(std::vector<double>{file.x, file.y, file.z}));
+    CHECK(found.certain[0] == 1);
+    CHECK(found.inside[0] == (std::abs(found.winding[0]) >= 0.5));
+    return found.winding[0];
+  }
+};
+
+// Near the surface and in the box around it, in the coordinates of `of`.
+std::vector<double> side_points(const PreparedMesh& of, std::size_t count, std::uint64_t seed) {
+  const RandomKey key = make_random_key(seed, {});
+  std::vector<double> points;
+  for (std::size_t i = 0; i < count; ++i) {
+    const UnitPair u = random_pair(key, Stream::sequence, i), v = random_pair(key, Stream::sequence, i, 1);
+    const Vector3 in_box{2 * u.first - 1, 2 * u.second - 1, 2 * v.first - 1};
+    const auto t = static_cast<std::size_t>(v.second * static_cast<double>(of.triangle_count()));
+    const Vector3 p = i % 3 == 0 ? in_box : of.centroid(t) + (i % 3 == 1 ? 0.02 : 0.1) * in_box;
+    points.insert(points.end(), {p.x, p.y, p.z});
+  }
+  return points;
+}
+
+PolygonMesh sphere(double radius, double x = 0) { return moved(icosphere(2), radius, x, 0, 0); }
+
+void remove_polygons(PolygonMesh& mesh, const std::vector<std::uint8_t>& removed) {
+  std::vector<std::uint32_t> begin{0}, corners;
+  for (std::uint32_t p = 0; p < mesh.polygon_count(); ++p) {
+    if (removed[p] == 0)
+      corners.insert(corners.end(), mesh.corners.begin() + mesh.polygon_begin[p],
+                     mesh.corners.begin() + mesh.polygon_begin[p + 1]);
+    begin.push_back(static_cast<std::uint32_t>(corners.size()));
+  }
+  mesh.polygon_begin = begin;
+  mesh.corners = corners;
+  mesh.corner_normals.clear();
+  mesh.coordinates.corner.clear();
+}
+
+// Balls of triangles around some of them, until that share of the area is gone. Numbers of triangles stay.
+PolygonMesh with_holes(const PolygonMesh& file, double share, std::uint64_t seed) {
+  const PreparedMesh mesh = prepare_mesh(file);
+  PolygonMesh out;
+  for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v) {
+    const Vector3 p = mesh.center + mesh.unit * mesh.position(v);
+    out.x.push_back(p.x);
+    out.y.push_back(p.y);
+    out.z.push_back(p.z);
+  }
+  out.corners = mesh.triangles;
+  for (std::uint32_t t = 0; t <= mesh.triangle_count(); ++t) out.polygon_begin.push_back(3 * t);
+  std::vector<std::uint8_t> removed(mesh.triangle_count(), 0);
+  const RandomKey key = make_random_key(seed, {});
+  double gone = 0;
+  for (std::uint64_t hole = 0; hole < 200 && gone < share * mesh.total_area; ++hole) {
+    const double u = random_pair(key, Stream::sequence, hole).first;
+    const Vector3 middle =
+        mesh.centroid(static_cast<std::size_t>(u * static_cast<double>(mesh.triangle_count())));
+    const double radius = 0.12 * std::sqrt(mesh.total_area / 12);
+    for (std::size_t t = 0; t < removed.size() && gone < share * mesh.total_area; ++t) {
+      if (removed[t] != 0 || distance(mesh.centroid(t), middle) > radius) continue;
+      removed[t] = 1;
+      gone += mesh.area[t];
+    }
+  }
+  remove_polygons(out, removed);
+  return out;
+}
+
+struct Disagreement {
+  double certain_wrong = 0, uncertain = 0;  // shares of the points
+};
+
+// Against the sides that the undamaged model has.
+Disagreement compare(const SidedMesh& damaged, const SidedMesh& whole, std::size_t count) {
+  const std::vector<double> in_whole = side_points(whole.mesh, count, 31);
+  std::vector<double> file(in_whole.size());
+  const double center[3] = {whole.mesh.center.x, whole.mesh.center.y, whole.mesh.center.z};
+  for (std::size_t i = 0; i < file.size(); ++i) file[i] = center[i % 3] + whole.mesh.unit * in_whole[i];
+  const PointSides truth = whole.sides(in_whole), found = damaged.sides(damaged.working(file));
+  Disagreement result;
+  for (std::size_t i = 0; i < count; ++i) {
+    result.uncertain += found.certain[i] == 0;
+    result.certain_wrong += found.certain[i] != 0 && found.inside[i] != truth.inside[i];
+  }
+  result.uncertain /= static_cast<double>(count);
+  result.certain_wrong /= static_cast<double>(count);
+  return result;
+}
+
+}  // namespace
+
+TEST_CASE("orient_outward: a component is turned outward, whatever the file says") {
+  for (const PolygonMesh& mesh : {sphere(1), inside_out(sphere(1))}) {
+    const SidedMesh sided(mesh);
+    CHECK(sided.rule == SignRule::closed);
+    CHECK(sided.winding_at({0.1, 0.2, 0.3}) == 1);
+    CHECK(sided.winding_at({1.1, 0, 0}) == 0);
+  }
+  // One of two that lie side by side.
+  const SidedMesh two(merged(sphere(1), inside_out(sphere(1, 3))));
+  CHECK(two.winding_at({0, 0.1, 0}) == 1);
+  CHECK(two.winding_at({3, 0.1, 0}) == 1);
+}
+
+TEST_CASE("orient_outward: cavities are wound against what they lie in, solids in solids are one") {
+  const SidedMesh hollow(merged(sphere(1), inside_out(sphere(0.5))));
+  CHECK(hollow.winding_at({0, 0.1, 0}) == 0);
+  CHECK(hollow.winding_at({0, 0.7, 0}) == 1);
+  const SidedMesh turned(merged(inside_out(sphere(1)), sphere(0.5)));
+  CHECK(turned.winding_at({0, 0.1, 0}) == 0);
+  CHECK(turned.winding_at({0, 0.7, 0}) == 1);
+  for (const bool inward : {false, true}) {
+    PolygonMesh both = merged(sphere(1), sphere(0.5));
+    if (inward) both = inside_out(both);
+    const SidedMesh solid(both);
+    CHECK(solid.winding_at({0, 0.1, 0}) == 2);
+    CHECK(solid.winding_at({0, 0.7, 0}) == 1);
+  }
+  // A solid in a cavity, and one more in that; the order of the file does not matter.
+  const SidedMesh nested(
+      merged(merged(sphere(0.2), sphere(0.3)), merged(inside_out(sphere(0.5)), sphere(1))));
+  CHECK(nested.winding_at({0, 0.1, 0}) == 2);
+  CHECK(nested.winding_at({0, 0.27, 0}) == 1);
+  CHECK(nested.winding_at({0, 0.4, 0}) == 0);
+  CHECK(nested.winding_at({0, 0.7, 0}) == 1);
+}
+
+TEST_CASE("orient_outward: no side is certain where it would take too long to say what lies in what") {
+  PolygonMesh file = icosphere(4);
+  const RandomKey key = make_random_key(1, {});
+  for (std::uint32_t i = 0; i < 9000; ++i) {
+    const UnitPair at = random_pair(key, Stream::sequence, i);
+    const auto first = static_cast<std::uint32_t>(file.x.size());
+    for (const Vector3 corner : {Vector3{0, 0, 0}, Vector3{1, 0, 0}, Vector3{0, 1, 0}, Vector3{0, 0, 1}}) {
+      file.x.push_back(0.5 * at.first + 1e-4 * corner.x);
+      file.y.push_back(0.5 * at.second + 1e-4 * corner.y);
+      file.z.push_back(1e-4 * corner.z);
+    }
+    for (const std::uint32_t v : {0, 2, 1, 0, 1, 3, 1, 2, 3, 0, 3, 2}) file.corners.push_back(first + v);
+    for (int face = 0; face < 4; ++face) file.polygon_begin.push_back(file.polygon_begin.back() + 3);
+  }
+  const SidedMesh sided(file);
+  CHECK(sided.oriented.all_closed());
+  CHECK_FALSE(sided.oriented.nested);
+  CHECK(sided.rule == SignRule::none);
+  const std::vector<double> point{0, 0, 0.5};
+  CHECK(point_sides(sided.tree, sided.oriented, SignRule::closed, point, nearest_triangles(sided.tree, point))
+            .uncertain == 1);
+}
+
+TEST_CASE("orient_outward: components that overlap are one solid") {
+  const SidedMesh sided(merged(sphere(1), inside_out(sphere(1, 1.2))));
+  CHECK(sided.winding_at({0, 0.1, 0}) == 1);
+  CHECK(sided.winding_at({0.6, 0.1, 0}) == 2);
+  CHECK(sided.winding_at({1.3, 0.1, 0}) == 1);
+}
+
+TEST_CASE("orient_outward: edges of four faces, of a solid by itself and between two") {
+  // Two cubes that share an edge.
+  std::vector<double> xyz;
+  std::vector<std::vector<std::uint32_t>> faces;
+  for (const double shift : {0.0, 1.0}) {
+    const auto first = static_cast<std::uint32_t>(xyz.size() / 3);
+    for (int i = 0; i < 8; ++i)
+      xyz.insert(xyz.end(), {shift + (i & 1), shift + (i >> 1 & 1), static_cast<double>(i >> 2)});
+    for (const std::vector<std::uint32_t>& face : std::vector<std::vector<std::uint32_t>>{
+             {0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}}) {
+      faces.emplace_back();
+      for (const std::uint32_t v : face) faces.back().push_back(first + v);
+    }
+  }
+  const SidedMesh sided(polygon_mesh(xyz, faces));
+  CHECK(sided.rule == SignRule::closed);
+  CHECK(sided.winding_at({0.5, 0.5, 0.5}) == 1);
+  CHECK(sided.winding_at({1.5, 1.5, 0.5}) == 1);
+  CHECK(sided.winding_at({1.5, 0.5, 0.5}) == 0);
+}
+
+TEST_CASE("drop_doubled_faces: one face stays of those at the same corners, and numbers stay") {
+  PolygonMesh doubled = merged(cube(), inside_out(cube()));
+  CHECK(drop_doubled_faces(doubled) == 6);
+  CHECK(doubled.polygon_count() == 12);
+  CHECK(doubled.corners.size() == 24);
+  CHECK(doubled.polygon_begin[6] == 24);
+  PolygonMesh single = cube();
+  CHECK(drop_doubled_faces(single) == 0);
+  CHECK(single.corners == cube().corners);
+  // A face in the middle, whose corners begin elsewhere.
+  PolygonMesh three = polygon_mesh({0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1}, {{0, 1, 2}, {1, 2, 0}, {0, 1, 3}});
+  CHECK(drop_doubled_faces(three) == 1);
+  CHECK(three.polygon_begin == std::vector<std::uint32_t>{0, 3, 3, 6});
+  CHECK(three.corners == std::vector<std::uint32_t>{0, 1, 2, 0, 1, 3});
+  for (const PolygonMesh& second : {sphere(1), inside_out(sphere(1))}) {
+    const SidedMesh sided(merged(sphere(1), second));
+    CHECK(sided.rule == SignRule::closed);
+    CHECK(sided.winding_at({0, 0.1, 0}) == 1);
+  }
+}
+
+TEST_CASE("point_sides: steps give the whole numbers of all triangles, for any thread count") {
+  const SidedMesh sided(merged(merged(torus(60, 40), sphere(0.4, 0.9)), inside_out(sphere(0.2, 0.9))));
+  REQUIRE(sided.rule == SignRule::closed);
+  std::vector<std::uint32_t> turned = sided.mesh.triangles;
+  for (std::size_t t = 0; t < sided.oriented.flipped.size(); ++t)
+    if (sided.oriented.flipped[t] != 0) std::swap(turned[3 * t + 1], turned[3 * t + 2]);
+  const std::vector<double> points = side_points(sided.mesh, 30000, 3);
+  const PointSides found = on_threads(1, [&] { return sided.sides(points); });
+  CHECK(on_threads(3, [&] { return sided.sides(points); }).winding == found.winding);
+  CHECK(found.uncertain == 0);
+  std::size_t wrong = 0, twice = 0;
+  for (std::size_t i = 0; i < 3000; ++i) {
+    const double exact = exact_winding_number(sided.mesh.x, sided.mesh.y, sided.mesh.z, turned,
+                                              {points[3 * i], points[3 * i + 1], points[3 * i + 2]});
+    wrong += found.winding[i] != std::round(exact) || found.inside[i] != (std::abs(exact) >= 0.5);
+    twice += found.winding[i] == 2;
+  }
+  CHECK(wrong == 0);
+  CHECK(twice > 10);
+}
+
+TEST_CASE("point_sides: points on the surface are uncertain, points beside it are not") {
+  const SidedMesh sided(cube());
+  std::vector<double> points;
+  for (const double x : {1.0, 1.0 - 1e-9, 1.0 + 1e-9, 1.0, 0.2})
+    points.insert(points.end(), {x, 0.123, 0.456});
+  const PointSides found = sided.sides(sided.working(points));
+  CHECK(found.certain == std::vector<std::uint8_t>{0, 1, 1, 0, 1});
+  CHECK(found.inside[1] == 1);
+  CHECK(found.inside[2] == 0);
+  CHECK(found.inside[4] == 1);
+  CHECK(found.uncertain == 2);
+}
+
+TEST_CASE("sign_rule: by winding where little is missing, none of sheets and soups") {
+  const SidedMesh pierced(with_holes(icosphere(4), 0.03, 1));
+  CHECK(pierced.rule == SignRule::winding);
+  CHECK_FALSE(pierced.oriented.all_closed());
+  CHECK_THROWS_AS(point_sides(pierced.tree, pierced.oriented, SignRule::closed, {}, {}),
+                  std::invalid_argument);
+  for (const PolygonMesh& mesh : {grid_plane(10, 10), moebius_strip(40), folded_sheet(5, 8, 0.05)}) {
+    const SidedMesh sheet(mesh);
+    CHECK(sheet.rule == SignRule::none);
+    const PointSides found = sheet.sides(std::vector<double>{0.1, 0.2, 0.3});
+    CHECK(found.uncertain == 1);
+    CHECK(found.inside[0] == 0);
+    CHECK(found.winding.empty());
+  }
+}
+
+TEST_CASE("point_sides: holes of 5 % of the area leave no certain side wrong") {
+  const SidedMesh whole(icosphere(5));
+  for (const bool inward : {false, true}) {
+    PolygonMesh file = with_holes(icosphere(5), 0.05, 4);
+    if (inward) file = inside_out(file);
+    const SidedMesh pierced(file);
+    REQUIRE(pierced.rule == SignRule::winding);
+    const Disagreement found = compare(pierced, whole, 20000);
+    CHECK(found.certain_wrong <= 1e-4);
+    CHECK(found.uncertain <= 0.1);
+    CHECK(found.uncertain > 0);
+  }
+}
+
+TEST_CASE("point_sides: real models before and after damage") {
+  MEANDER_NEEDS_SHARED_DATA();
+  for (const char* name : {"paper/fandisk.off", "paper/hand_3k.off", "paper/knot.obj", "paper/igea_16k.off",
+                           "paper/squirrel_20k_nonmanifold.off", "paper/maxplanck_25k.off"}) {
+    const PolygonMesh file = model_of(name);
+    const SidedMesh whole(file);
+    REQUIRE(whole.rule == SignRule::closed);
+    const auto check = [&](const char* damage, const PolygonMesh& damaged) {
+      const SidedMesh sided(damaged);
+      const Disagreement found = compare(sided, whole, 20000);
+      INFO(name << " " << damage << ": wrong " << found.certain_wrong << ", uncertain " << found.uncertain
+                << ", rule " << text_of(sign_rule_words, sided.rule));
+      CHECK(found.certain_wrong <= 1e-4);
+      CHECK(found.uncertain <= 0.1);
+    };
+    check("holes", with_holes(file, 0.05, 7));
+    check("turned over", inside_out(file));
+    check("doubled", merged(file, file));
+    check("two-sided", merged(file, inside_out(file)));
+  }
+}
