@@ -13,6 +13,7 @@
 #include "io/word_list.h"
 #include "jobs/cli/option_words.h"
 #include "jobs/cli/usage_error.h"
+#include "jobs/python/query_functions.h"
 #include "jobs/python/sample_options.h"
 #include "jobs/python/sampling_work.h"
 #include "kernels/model/model.h"
@@ -170,8 +171,11 @@ struct ArrayFunction {
   std::string_view name;
   LaboratoryResult (*call)(const LaboratoryArguments&);
 };
-constexpr ArrayFunction functions[] = {
-    {"nearest_rows", nearest_rows}, {"remesh", remesh}, {"write_points", write_point_file}};
+constexpr ArrayFunction functions[] = {{"nearest_rows", nearest_rows},
+                                       {"remesh", remesh},
+                                       {"signed_distance", signed_distance},
+                                       {"winding_number", winding_number},
+                                       {"write_points", write_point_file}};
 
 }  // namespace
 

@@ -824,6 +824,69 @@ class Meshes(WithMeshes):
         with self.assertRaisesRegex(meander.SamplingError, "zero_area"):
             meander.remesh(CUBE * [0, 0, 1], QUADS, 10)
 
+    def test_signed_distances_of_a_box_and_of_a_sphere(self):
+        random = numpy.random.default_rng(1)
+        points = random.uniform(-1, 2, (5000, 3))
+        beyond = numpy.abs(points - 0.5) - 0.5
+        expected = numpy.linalg.norm(numpy.maximum(beyond, 0), axis=1) + numpy.minimum(beyond.max(axis=1), 0)
+        whole = meander.signed_distance(CUBE, QUADS, points)
+        # Some faces turned over, and all of them once more: sides do not come from the winding of the file.
+        turned = numpy.concatenate([QUADS[:, ::-1], QUADS[:3]])
+        for found in (whole, meander.signed_distance(CUBE, turned, points, threads=1)):
+            self.assertLess(numpy.abs(found.distance - expected).max(), 1e-12)
+            self.assertEqual((found.sign, found.open_edges, len(found)), ("closed", 0, 5000))
+            self.assertTrue(found.certain.all() and (found.inside == (expected < 0)).all() and (found.winding == found.inside).all())
+            nearest = found.interpolate(CUBE)
+            self.assertLess(numpy.abs(numpy.linalg.norm(nearest - points, axis=1) - numpy.abs(expected)).max(), 1e-12)
+            for corners, face in zip(found.corners, found.face_index):
+                self.assertTrue(set(corners) <= set(QUADS[face]))
+        self.assertEqual(repr(whole), "<meander.SignedDistances: 5000 points, sign closed, 0 uncertain>")
+        vertices, faces = bumpy_sphere()
+        write_off(self.path / "sphere.off", vertices, faces)
+        of_arrays = meander.signed_distance(vertices, faces, points.astype("f4"))
+        of_file = meander.signed_distance(meander.read_mesh(self.path / "sphere.off"), points=points.astype("f4"), threads=1)
+        for name in ("distance", "face_index", "corners", "barycentric", "inside", "winding"):
+            self.assertTrue(numpy.allclose(getattr(of_arrays, name), getattr(of_file, name), atol=1e-6), name)
+        plain = meander.signed_distance(vertices, faces, points, sign="none")
+        self.assertTrue(plain.winding is None and not plain.certain.any() and (plain.distance >= 0).all())
+        lidless = meander.signed_distance(vertices, faces[64:], points)
+        self.assertEqual(lidless.sign, "winding")
+        self.assertGreater(lidless.open_edges, 0)
+        sides = meander.signed_distance(vertices, faces, points).inside
+        self.assertTrue((lidless.inside == sides)[lidless.certain].all())
+        self.assertGreater(lidless.certain.mean(), 0.9)
+        for error, pattern, arguments, options in [
+                (ValueError, "not closed: it has 64 open edges", (vertices, faces[64:], points), dict(sign="closed")),
+                (ValueError, "sign: .*`inside`", (CUBE, QUADS, points), dict(sign="inside")),
+                (TypeError, "sign cannot be 3", (CUBE, QUADS, points), dict(sign=3)),
+                (TypeError, "points is None", (CUBE, QUADS), {}),
+                (ValueError, r"points must have the shape \(n, 3\)", (CUBE, QUADS, points[0]), {}),
+                (ValueError, r"points\[1\] is \(.*nan", (CUBE, QUADS, [[0, 0, 0], [0, numpy.nan, 0]]), {}),
+                (ValueError, r"points\[0, 2\] is 1e\+30: farther", (CUBE, QUADS, [[0, 0, 1e30]]), {}),
+                (ValueError, "there are 8 vertices", (CUBE, QUADS + 1, points), {}),
+                (meander.SamplingError, "zero_area", (CUBE * [0, 0, 1], QUADS, points), {}),
+                (meander.SamplingError, "timeout", (vertices, faces, numpy.tile(points, (40, 1))), dict(timeout=1e-6))]:
+            with self.subTest(pattern), self.assertRaisesRegex(error, pattern):
+                meander.signed_distance(*arguments, **options)
+        self.assertEqual(len(meander.signed_distance(CUBE, QUADS, numpy.zeros((0, 3)))), 0)
+
+    def test_winding_numbers_of_faces_as_they_are_wound(self):
+        vertices, faces = bumpy_sphere()
+        points = numpy.random.default_rng(2).uniform(-1.3, 1.3, (500, 3))
+        inside = meander.signed_distance(vertices, faces, points).inside
+        exact = meander.winding_number(vertices, faces, points, error=0)
+        self.assertLess(numpy.abs(exact - inside).max(), 1e-9)
+        self.assertLess(numpy.abs(meander.winding_number(vertices, faces[:, ::-1], points, error=0) + inside).max(), 1e-9)
+        half = faces[vertices[faces].mean(axis=1)[:, 2] > 0]
+        exact = meander.winding_number(vertices, half, points, error=0)
+        for error in (0.001, 0.3):
+            fast = meander.winding_number(vertices, half, points, error=error)
+            self.assertLess(numpy.abs(fast - exact).max(), error + 2e-5)
+            self.assertTrue((meander.winding_number(vertices, half, points, error=error, threads=1) == fast).all())
+        for error in (-1, float("nan")):
+            with self.assertRaisesRegex(ValueError, "error is"):
+                meander.winding_number(vertices, half, points, error=error)
+
     def test_measures_equal_those_of_the_program(self):
         vertices, faces = bumpy_sphere()
         write_off(self.path / "sphere.off", vertices, faces)

@@ -28,9 +28,10 @@ from ._program import RunResult, RunStopped
 from .neighbors import Neighbors, knn
 from .store import Store, StoreDataset, open_store
 
-__all__ = ["BoxError", "Mesh", "Neighbors", "RemeshedMesh", "RunResult", "RunStopped", "Samples", "SamplingError", "Store",
-           "StoreDataset", "content_of", "describe", "descriptor_names", "knn", "measure", "measure_boxes", "open_store",
-           "read_mesh", "remesh", "run", "sample", "sample_file", "sample_many", "surface", "surface_names", "write_points"]
+__all__ = ["BoxError", "Mesh", "Neighbors", "RemeshedMesh", "RunResult", "RunStopped", "Samples", "SamplingError",
+           "SignedDistances", "Store", "StoreDataset", "content_of", "describe", "descriptor_names", "knn", "measure", "measure_boxes", "open_store",
+           "read_mesh", "remesh", "run", "sample", "sample_file", "sample_many", "signed_distance", "surface", "surface_names",
+           "winding_number", "write_points"]
 
 BoxError, Mesh = _core.BoxError, _core.Mesh
 for _class in (BoxError, Mesh, Neighbors, SamplingError, RunResult, RunStopped):
@@ -96,10 +97,15 @@ class Samples:
         """
         if self.corners is None:
             raise ValueError("samples of a parametric surface have no vertices to interpolate between")
-        at = numpy.asarray(values, dtype=numpy.float64)[self.corners]
-        b = self.barycentric.astype(numpy.float64)
-        share = numpy.stack([1 - b[:, 0] - b[:, 1], b[:, 0], b[:, 1]], axis=1)
-        return numpy.einsum("nc,nc...->n...", share, at)
+        return _between(values, self.corners, self.barycentric)
+
+
+def _between(values, corners, barycentric):
+    """Values of the vertices, weighted in triangles."""
+    at = numpy.asarray(values, dtype=numpy.float64)[corners]
+    b = barycentric.astype(numpy.float64)
+    share = numpy.stack([1 - b[:, 0] - b[:, 1], b[:, 0], b[:, 1]], axis=1)
+    return numpy.einsum("nc,nc...->n...", share, at)
 
 
 def _samples(members):
@@ -630,6 +636,90 @@ def remesh(vertices, faces=None, n=2048, *, sequence="spaced", density="uniform"
     report = {name[7:]: value if name in ("report_dropped_share", "report_largest_shift") else int(value)
               for name, value in vars(made).items() if name.startswith("report_")}
     return RemeshedMesh(made.vertices, made.faces, options["n"], report)
+
+
+@dataclasses.dataclass(eq=False, repr=False)
+class SignedDistances:
+    """How far n points are from a surface, and on which side."""
+    distance: numpy.ndarray     # (n,) float64, in units of the mesh: negative inside; not negative where sign is "none"
+    face_index: numpy.ndarray   # (n,) uint32, the nearest face; the lowest number where several are equally near
+    corners: numpy.ndarray      # (n, 3) uint32, vertices of the nearest triangle
+    barycentric: numpy.ndarray  # (n, 2) float64, weights of the second and the third corner at the nearest point
+    inside: numpy.ndarray       # (n,) bool
+    certain: numpy.ndarray      # (n,) bool: False where the side may be the other one, everywhere where sign is "none"
+    winding: numpy.ndarray      # (n,) float64, the winding number that tells the side; None where sign is "none"
+    sign: str                   # the rule that sides are told by: "closed", "winding" or "none"
+    open_edges: int             # edges that no other triangle closes; 0 of a closed surface
+
+    def __len__(self):
+        return len(self.distance)
+
+    def __repr__(self):
+        return "<meander.SignedDistances: %d points, sign %s, %d uncertain>" % (len(self), self.sign, (~self.certain).sum())
+
+    def interpolate(self, values):
+        """Values at the vertices, (V,) or (V, k), at the nearest points: those points themselves of the vertices."""
+        return _between(values, self.corners, self.barycentric)
+
+
+def _mesh(vertices, faces, check):
+    if isinstance(vertices, Mesh) and faces is None:
+        return vertices
+    vertices, faces = _arrays(vertices, faces)
+    return Mesh.of_arrays(vertices, faces, content=b"\0" * 32, check=check)
+
+
+def signed_distance(vertices, faces=None, points=None, *, sign="auto", check=True, threads=0, timeout=None):
+    """The exact distances of points from a mesh, negative inside, with the nearest faces and how certain each side is.
+
+    vertices, faces: as in sample, or a Mesh. points: (n, 3) real numbers in the coordinates of the mesh.
+    sign: the rule that sides are told by. "closed": every component is closed; inside is where the surface winds around the
+        point. "winding": the surface is nearly closed; inside is where the generalized winding number (Jacobson et al. 2013) is
+        at least one half, uncertain within 0.05 of that, and beside open edges. "none": distances have no sign. "auto": the
+        first of these that suits the surface, `sign` of the result says which.
+    check, threads, timeout: as in sample.
+
+    Components are turned first: outward, unless they lie inside another closed one that is wound the other way (cavities).
+    Components that overlap are one solid; faces that are there twice count once, however they are wound. So the winding of
+    the file need not be right.
+
+    Returns SignedDistances. Raises SamplingError for a mesh without area, ValueError where sign="closed" and the surface is not,
+    and for points that are not finite. A signal is looked for at the end. Cost: on 25,000 triangles, one core, 1 us a point near
+    the surface and 2 us a point in its box; with the rule "winding" up to 5 us more; and 1.5 us a triangle.
+
+        >>> cube = numpy.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)])
+        >>> quads = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
+        >>> found = meander.signed_distance(cube, quads, [[0.5, 0.5, 0.75], [2, 0.5, 0.5], [2, 2, 1]])
+        >>> found, found.distance.round(6).tolist(), found.face_index.tolist()
+        (<meander.SignedDistances: 3 points, sign closed, 0 uncertain>, [-0.25, 1.0, 1.414214], [5, 1, 1])
+        >>> found.interpolate(cube).tolist()                                    # the nearest points
+        [[0.5, 0.5, 1.0], [1.0, 0.5, 0.5], [1.0, 1.0, 1.0]]
+        >>> meander.signed_distance(cube, quads[:2], [[0.5, 0.5, 0.75]])          # two sheets
+        <meander.SignedDistances: 1 points, sign none, 1 uncertain>
+    """
+    return SignedDistances(**_core.signed_distance(_mesh(vertices, faces, check), points, sign, threads, timeout))
+
+
+def winding_number(vertices, faces=None, points=None, *, error=0.05, check=True, threads=0, timeout=None):
+    """The generalized winding number of a mesh around points, (n,) float64: 1 inside of a closed surface that is wound outward.
+
+    vertices, faces: as in sample, or a Mesh; as they are wound and with all copies, other than in signed_distance.
+    points: (n, 3) real numbers in the coordinates of the mesh. error: the largest error, which is certain; the largest that was
+        seen on real models is 400 times smaller. 0: the sum over all triangles. check, threads, timeout: as in sample.
+
+    Jacobson et al. 2013 by the tree of Barill et al. 2018. Raises SamplingError for a mesh without area, ValueError for points
+    that are not finite. A signal is looked for at the end. Cost: on 25,000 triangles, one core, 2 to 10 us a point, more near
+    the surface and with smaller errors; 40 ns a point and triangle with error=0.
+
+        >>> cube = numpy.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)])
+        >>> quads = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
+        >>> points = [[0.5, 0.5, 0.5], [0.5, 0.5, 0.75]]
+        >>> meander.winding_number(cube, quads, points).round(2).tolist()
+        [1.0, 1.0]
+        >>> meander.winding_number(cube, quads[:5], points, error=0).round(6).tolist()   # one of six sides is missing
+        [0.833333, 0.704833]
+    """
+    return _core.winding_number(_mesh(vertices, faces, check), points, error, threads, timeout)
 
 
 def measure_boxes(points, vertices, faces=None, *, boxes=1000, seed=1):

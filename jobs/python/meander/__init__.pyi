@@ -169,6 +169,26 @@ def remesh(vertices: Any, faces: Optional[ArrayLike] = None, n: int = 2048, *, s
            crease_angle: float = 40.0, fit: bool = False, method: MethodWord = "auto", density_floor: float = 0.02,
            density_exponent: float = 1.0, spacing: SpacingWord = "default", finish: FinishWord = "none",
            order: OrderWord = "progressive", curve: Optional[CurveWord] = None, seed: int = 1) -> RemeshedMesh: ...
+
+class SignedDistances:
+    distance: NDArray[numpy.float64]
+    face_index: NDArray[numpy.uint32]
+    corners: NDArray[numpy.uint32]
+    barycentric: NDArray[numpy.float64]
+    inside: NDArray[numpy.bool_]
+    certain: NDArray[numpy.bool_]
+    winding: Optional[NDArray[numpy.float64]]
+    sign: str
+    open_edges: int
+    def __len__(self) -> int: ...
+    def interpolate(self, values: ArrayLike) -> NDArray[numpy.float64]: ...
+
+def signed_distance(vertices: Any, faces: Optional[ArrayLike] = None, points: Optional[ArrayLike] = None, *,
+                    sign: Literal["auto", "closed", "winding", "none"] = "auto", check: bool = True, threads: int = 0,
+                    timeout: Optional[float] = None) -> SignedDistances: ...
+def winding_number(vertices: Any, faces: Optional[ArrayLike] = None, points: Optional[ArrayLike] = None, *,
+                   error: float = 0.05, check: bool = True, threads: int = 0,
+                   timeout: Optional[float] = None) -> NDArray[numpy.float64]: ...
 class BoxError(float):
     limit: float
     over_limit: float

@@ -564,6 +564,29 @@ def call_function(function, arrays, options, subject=None):
                                                   subject))
 
 
+def _with_points(function, mesh, points, threads, timeout, **options):
+    points = _reals(points, "points", 3)
+    threads, timeout = _limits(threads, timeout)
+    return call_function(function, {"points": points}, {"threads": threads, "timeout": timeout, **options}, mesh)
+
+
+def signed_distance(mesh, points, sign, threads, timeout):
+    """The members of meander.SignedDistances."""
+    if not isinstance(sign, str):
+        raise TypeError("sign cannot be %r" % (sign,))
+    found = vars(_with_points("signed_distance", mesh, points, threads, timeout, sign=sign))
+    return dict(distance=found["distance"], face_index=found["face"], corners=found["corners"], barycentric=found["weights"],
+                inside=found["inside"].astype(bool), certain=found["certain"].astype(bool), winding=found.get("winding"),
+                sign=bytes(found["sign"]).decode(), open_edges=int(found["open_edges"]))
+
+
+def winding_number(mesh, points, error, threads, timeout):
+    error = _real(error, "error")
+    if not 0 <= error <= 1000:
+        raise ValueError("error is %s: 0 (exact) to 1000" % error)
+    return _with_points("winding_number", mesh, points, threads, timeout, error=error).winding
+
+
 def write_points(path, frame, samples):
     """samples: arrays by the names of their columns, `points` among them."""
     types = {row["array"]: numpy.dtype(row["type"]) for row in columns()}
