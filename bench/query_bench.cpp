@@ -1,7 +1,12 @@
-// Queries by distance: torus of 25,600 triangles, one thread.
+// Queries by distance and side: torus of 25,600 triangles, one thread.
 //
-// Cost models: nearest triangles take some nodes and leaves more than one path down the tree: 0.5 us a point
-// near the surface and 1.2 us in its box; Embree's point queries (SurfaceLocator) take 0.6 and 3.
+// Cost models, and what one core took (CPU time on a shared machine), of points that were moved from the
+// surface by up to 0.01 of half the longest side, by up to 0.1, and in the box:
+//   nearest       some more nodes and leaves than one path down the tree has: 0.38, 0.68 and 1.3 us a point;
+//                 by Embree's point queries (SurfaceLocator) 0.53, 1.7 and 4.3
+//   sides_closed  a ball test, or the triangles near one segment: 0.27, 0.17 and 0.12 us
+//   winding       nodes and leaves as near as the bound wants them: 5.5, 5.0 and 0.9 us for a bound of 0.5;
+//                 2.1, 1.6 and 0.4 us for one of 10, by which sides of nearly closed surfaces are told
 #include <oneapi/tbb/global_control.h>
 
 #include <cmath>
@@ -11,6 +16,8 @@
 #include "kernels/analyse/point_location.h"
 #include "kernels/mesh/prepare_mesh.h"
 #include "kernels/query/nearest_triangle.h"
+#include "kernels/query/surface_sides.h"
+#include "kernels/query/winding_number.h"
 #include "support/test_meshes.h"
 
 namespace meander::bench {
@@ -82,6 +89,31 @@ void nearest_by_embree(benchmark::State& state) {
   check_sum(state, "torus of 25,600", found.distance);
 }
 BENCHMARK(nearest_by_embree)->Arg(10)->Arg(100)->Arg(0)->Unit(benchmark::kMillisecond);
+
+void sides_closed(benchmark::State& state) {
+  const oneapi::tbb::global_control one(oneapi::tbb::global_control::max_allowed_parallelism, 1);
+  const std::vector<double> points = query_points(reach_of(state));
+  const NearestTriangles found = nearest_triangles(queried_tree(), points);
+  const OrientedSurface oriented = orient_outward(queried_torus());
+  PointSides sides;
+  for ([[maybe_unused]] auto _ : state)
+    sides = point_sides(queried_tree(), oriented, SignRule::closed, points, found);
+  count_items(state, "point", static_cast<double>(points.size() / 3));
+  check_sum(state, "torus of 25,600", sides.winding);
+}
+BENCHMARK(sides_closed)->Arg(10)->Arg(100)->Arg(0)->Unit(benchmark::kMillisecond);
+
+// The second number: tenths of the bound.
+void winding(benchmark::State& state) {
+  const oneapi::tbb::global_control one(oneapi::tbb::global_control::max_allowed_parallelism, 1);
+  const std::vector<double> points = query_points(reach_of(state));
+  const WindingTree tree = build_winding_tree(queried_tree(), {}, 0.1 * static_cast<double>(state.range(1)));
+  std::vector<double> found;
+  for ([[maybe_unused]] auto _ : state) found = winding_numbers(tree, points);
+  count_items(state, "point", static_cast<double>(points.size() / 3));
+  check_sum(state, "torus of 25,600", found);
+}
+BENCHMARK(winding)->ArgsProduct({{10, 100, 0}, {5, 100}})->Unit(benchmark::kMillisecond);
 
 }  // namespace
 
