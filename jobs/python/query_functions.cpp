@@ -99,7 +99,8 @@ LaboratoryResult signed_distance(const LaboratoryArguments& given) {
   result.add("weights", std::move(nearest.weights), 2);
   result.add("inside", std::move(sides.inside));
   result.add("certain", std::move(sides.certain));
-  if (sides.rule != SignRule::none) result.add("winding", std::move(sides.winding));
+  if (sides.rule == SignRule::closed || sides.rule == SignRule::winding)
+    result.add("winding", std::move(sides.winding));
   const std::string rule = text_of(sign_rule_words, sides.rule);
   result.add("sign", std::vector<std::uint8_t>(rule.begin(), rule.end()));
   result.add("open_edges", open_edges);

@@ -55,7 +55,7 @@ SegmentCrossings segment_crossings(const TriangleTree& tree, std::span<const std
     low[k] = std::min(from[k], to[k]) - slack;
     high[k] = std::max(from[k], to[k]) + slack;
   }
-  SegmentCrossings result{0, true};
+  SegmentCrossings result{0, 0, true};
   std::uint32_t stack[TriangleTree::max_waiting];
   std::size_t waiting = 0;
   std::uint32_t at = 0;
@@ -92,6 +92,7 @@ SegmentCrossings segment_crossings(const TriangleTree& tree, std::span<const std
         if (!result.sure) return result;
         const bool turned = !flipped.empty() && flipped[tree.order[position]] != 0;
         result.outward += turned ? -outward : outward;
+        result.count += outward != 0;
       }
     }
     if (waiting == 0) return result;

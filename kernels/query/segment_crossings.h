@@ -9,9 +9,10 @@
 namespace meander {
 
 struct SegmentCrossings {
-  int outward = 0;    // crossings along the normals less those against them
+  int outward = 0;          // crossings along the normals less those against them
+  std::uint32_t count = 0;  // all of them
   bool sure = false;  // false where the segment passes an edge or a corner so closely, or ends so close to a
-                      // triangle, that rounding decides; `outward` says nothing then
+                      // triangle, that rounding decides; the others say nothing then
 };
 
 // Crossings of the segment from a to b, in the coordinates of the tree. flipped: a byte for each triangle

@@ -7,6 +7,7 @@
 #include "kernels/core/parallel.h"
 #include "kernels/query/lanes.h"
 #include "kernels/query/segment_crossings.h"
+#include "kernels/query/shell_grid.h"
 #include "kernels/query/winding_number.h"
 
 namespace meander {
@@ -119,6 +120,21 @@ void tell_by_winding(const TriangleTree& tree, const OrientedSurface& oriented,
   }
 }
 
+void tell_by_shell(const TriangleTree& tree, std::span<const double> points, const NearestTriangles& nearest,
+                   const CancelToken& cancel, PointSides& out) {
+  const ShellGrid grid = build_shell_grid(tree);
+  const std::vector<std::uint32_t> order = order_along_curve(points);
+  parallel_blocks(order.size(), side_block, [&](std::size_t begin, std::size_t end) {
+    cancel.check();
+    for (std::size_t r = begin; r < end; ++r) {
+      const std::uint32_t i = order[r];
+      const ShellSide side = shell_side(grid, tree, point_at(points, i));
+      out.inside[i] = side.inside;
+      out.certain[i] = side.certain && nearest.distance[i] > on_surface;
+    }
+  });
+}
+
 }  // namespace
 
 double nearly_closed_area(const PreparedMesh& mesh, const TriangleTree& tree,
@@ -145,9 +161,10 @@ double nearly_closed_area(const PreparedMesh& mesh, const TriangleTree& tree,
 }
 
 SignRule sign_rule(const PreparedMesh& mesh, const TriangleTree& tree, const OrientedSurface& oriented) {
-  if (!oriented.nested) return SignRule::none;
+  if (!oriented.nested) return SignRule::shell;
   if (oriented.all_closed()) return SignRule::closed;
-  return nearly_closed_area(mesh, tree, oriented) >= nearly_closed_share ? SignRule::winding : SignRule::none;
+  return nearly_closed_area(mesh, tree, oriented) >= nearly_closed_share ? SignRule::winding
+                                                                         : SignRule::shell;
 }
 
 PointSides point_sides(const TriangleTree& tree, const OrientedSurface& oriented, SignRule rule,
@@ -164,9 +181,10 @@ PointSides point_sides(const TriangleTree& tree, const OrientedSurface& oriented
   out.rule = rule;
   out.inside.assign(count, 0);
   out.certain.assign(count, 0);
-  if (rule != SignRule::none) out.winding.assign(count, 0);
+  if (rule == SignRule::closed || rule == SignRule::winding) out.winding.assign(count, 0);
   if (rule == SignRule::closed) tell_closed(tree, oriented, points, nearest, cancel, out);
   if (rule == SignRule::winding) tell_by_winding(tree, oriented, points, nearest, cancel, out);
+  if (rule == SignRule::shell) tell_by_shell(tree, points, nearest, cancel, out);
   for (const std::uint8_t certain : out.certain) out.uncertain += certain == 0;
   return out;
 }

@@ -15,10 +15,13 @@ namespace meander {
 
 // How sides are told. Closed: every component is closed, inside is where the winding number, a whole number,
 // is not 0. Winding: the surface is nearly closed; inside is where the generalized winding number is at least
-// one half. None: points have no side.
-enum class SignRule : std::uint8_t { none, winding, closed };
-inline constexpr Word<SignRule> sign_rule_words[] = {
-    {"none", SignRule::none}, {"winding", SignRule::winding}, {"closed", SignRule::closed}};
+// one half. Shell: outside is what a grid is flooded by from outside of the surface, whatever its triangles
+// are; gaps narrower than a cell, 1/124 of the longest side, are closed. None: points have no side.
+enum class SignRule : std::uint8_t { none, shell, winding, closed };
+inline constexpr Word<SignRule> sign_rule_words[] = {{"none", SignRule::none},
+                                                     {"shell", SignRule::shell},
+                                                     {"winding", SignRule::winding},
+                                                     {"closed", SignRule::closed}};
 
 // By the rule `winding`, sides within this of the threshold are uncertain.
 inline constexpr double uncertain_winding = 0.05;
@@ -32,15 +35,16 @@ struct PointSides {
   SignRule rule = SignRule::none;
   std::vector<std::uint8_t> inside;   // n: 0 or 1; 0 where the rule is none
   std::vector<std::uint8_t> certain;  // n: 0 or 1
-  std::vector<double> winding;        // n: whole numbers by the rule closed; empty where the rule is none
-  std::uint64_t uncertain = 0;        // how many are not certain
+  std::vector<double> winding;  // n: whole numbers by the rule closed; empty by the rules shell and none
+  std::uint64_t uncertain = 0;  // how many are not certain
 };
 
 // The share of nearly_closed_share, from 512 places spread over the area. 0 without area.
 double nearly_closed_area(const PreparedMesh& mesh, const TriangleTree& tree,
                           const OrientedSurface& oriented);
 
-// The rule for a surface: closed, winding or none; none where it is not known which components lie in which.
+// The rule for a surface: closed, winding or, for all others, shell; shell also where it is not known which
+// components lie in which.
 SignRule sign_rule(const PreparedMesh& mesh, const TriangleTree& tree, const OrientedSurface& oriented);
 
 // Tells the sides of 3 n coordinates in those of the mesh. tree: that of the mesh; nearest: what
@@ -52,6 +56,7 @@ SignRule sign_rule(const PreparedMesh& mesh, const TriangleTree& tree, const Ori
 // decide, triangles again. A point is uncertain that is closer to the surface than double can tell.
 // Winding: from WindingTree with an error of 0.02 near the threshold; uncertain within uncertain_winding of
 // it, and where the nearest triangle has an open edge or the nearest point is the end of one.
+// Shell: see shell_side.
 //
 // Parallel; the same for every thread count. Throws std::invalid_argument for the rule closed where the
 // surface is not, and for arrays that do not fit; timeout / RunCanceled from `cancel`. 0.1 to 0.3 us a

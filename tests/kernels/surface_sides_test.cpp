@@ -6,6 +6,7 @@
 
 #include "kernels/core/random.h"
 #include "kernels/mesh/prepare_mesh.h"
+#include "kernels/query/shell_grid.h"
 #include "kernels/query/winding_number.h"
 #include "support/catch.h"
 #include "support/query_meshes.h"
@@ -185,7 +186,7 @@ TEST_CASE("orient_outward: no side is certain where it would take too long to sa
   const SidedMesh sided(file);
   CHECK(sided.oriented.all_closed());
   CHECK_FALSE(sided.oriented.nested);
-  CHECK(sided.rule == SignRule::none);
+  CHECK(sided.rule == SignRule::shell);
   const std::vector<double> point{0, 0, 0.5};
   CHECK(point_sides(sided.tree, sided.oriented, SignRule::closed, point, nearest_triangles(sided.tree, point))
             .uncertain == 1);
@@ -274,20 +275,105 @@ TEST_CASE("point_sides: points on the surface are uncertain, points beside it ar
   CHECK(found.uncertain == 2);
 }
 
-TEST_CASE("sign_rule: by winding where little is missing, none of sheets and soups") {
+TEST_CASE("sign_rule: by winding where little is missing, by shell else") {
   const SidedMesh pierced(with_holes(icosphere(4), 0.03, 1));
   CHECK(pierced.rule == SignRule::winding);
   CHECK_FALSE(pierced.oriented.all_closed());
   CHECK_THROWS_AS(point_sides(pierced.tree, pierced.oriented, SignRule::closed, {}, {}),
                   std::invalid_argument);
+  const std::vector<double> point{0.1, 0.2, 0.3};
   for (const PolygonMesh& mesh : {grid_plane(10, 10), moebius_strip(40), folded_sheet(5, 8, 0.05)}) {
     const SidedMesh sheet(mesh);
-    CHECK(sheet.rule == SignRule::none);
-    const PointSides found = sheet.sides(std::vector<double>{0.1, 0.2, 0.3});
-    CHECK(found.uncertain == 1);
+    CHECK(sheet.rule == SignRule::shell);
+    const PointSides found = sheet.sides(point);
+    CHECK(found.uncertain == 0);
     CHECK(found.inside[0] == 0);
     CHECK(found.winding.empty());
+    const PointSides none =
+        point_sides(sheet.tree, sheet.oriented, SignRule::none, point, nearest_triangles(sheet.tree, point));
+    CHECK(none.uncertain == 1);
+    CHECK(none.inside[0] == 0);
   }
+}
+
+TEST_CASE("point_sides: by shell as by winding numbers where a surface is closed") {
+  for (const PolygonMesh& mesh : {icosphere(4), torus(60, 40), inside_out(cube()),
+                                  merged(sphere(1), sphere(1, 1.2)), slab_with_tunnels(3)}) {
+    const SidedMesh sided(mesh);
+    const std::vector<double> points = side_points(sided.mesh, 20000, 8);
+    const NearestTriangles nearest = nearest_triangles(sided.tree, points);
+    const auto shell = [&] {
+      return point_sides(sided.tree, sided.oriented, SignRule::shell, points, nearest);
+    };
+    const PointSides found = on_threads(1, shell), expected = sided.sides(points);
+    CHECK(on_threads(3, shell).inside == found.inside);
+    CHECK(found.uncertain <= 20);
+    std::size_t wrong = 0;
+    for (std::size_t i = 0; i < points.size() / 3; ++i)
+      wrong += found.certain[i] != 0 && found.inside[i] != expected.inside[i];
+    CHECK(wrong == 0);
+  }
+}
+
+TEST_CASE("point_sides: by shell narrow gaps are closed and wide ones open, and what is inside is inside") {
+  const auto side_of = [](const PolygonMesh& mesh, Vector3 file) {
+    const SidedMesh sided(mesh);
+    const std::vector<double> point = sided.working(std::vector<double>{file.x, file.y, file.z});
+    const PointSides found =
+        point_sides(sided.tree, sided.oriented, SignRule::shell, point, nearest_triangles(sided.tree, point));
+    return std::pair(found.inside[0] != 0, found.certain[0] != 0);
+  };
+  using Side = std::pair<bool, bool>;
+  const Side inside{true, true}, outside{false, true};
+  // The triangles of a cube, apart: gaps of 0.01 where a cell is 0.016, and of 0.2.
+  for (const double gap : {0.01, 0.2}) {
+    std::vector<double> xyz;
+    std::vector<std::vector<std::uint32_t>> faces;
+    const PolygonMesh whole = cube();
+    const std::vector<std::uint32_t> corners = triangles_of(whole);
+    for (std::uint32_t c = 0; c < corners.size(); ++c) {
+      const std::uint32_t first = c / 3 * 3;
+      const auto middle = [&](const std::vector<double>& of) {
+        return (of[corners[first]] + of[corners[first + 1]] + of[corners[first + 2]]) / 3;
+      };
+      for (const std::vector<double>* of : {&whole.x, &whole.y, &whole.z})
+        xyz.push_back((1 - gap / 2) * (*of)[corners[c]] + gap / 2 * middle(*of));
+      if (c % 3 == 0) faces.push_back({c, c + 1, c + 2});
+    }
+    const PolygonMesh apart = polygon_mesh(xyz, faces);
+    CHECK(side_of(apart, {0.1, 0, 0}) == (gap < 0.1 ? inside : outside));
+    CHECK(side_of(apart, {0.97, 0.3, 0.1}) == (gap < 0.1 ? inside : outside));
+    CHECK(side_of(apart, {1.05, 0.3, 0.1}) == outside);
+    CHECK(side_of(apart, {7, 0.3, 0.1}) == outside);
+  }
+  // Cavities are not reached, however they are wound.
+  for (const PolygonMesh& inner : {sphere(0.5), inside_out(sphere(0.5))}) {
+    CHECK(side_of(merged(sphere(1), inner), {0, 0.1, 0}) == inside);
+    CHECK(side_of(merged(sphere(1), inner), {0, 0.7, 0}) == inside);
+  }
+  // A plate that is thinner than a cell: uncertain within.
+  const PolygonMesh plate = two_sided_plate(6, 1e-3);
+  CHECK(side_of(plate, {0.52, 0.51, 0.1}) == outside);
+  CHECK(side_of(plate, {0.52, 0.51, 0.002}) == outside);
+  CHECK_FALSE(side_of(plate, {0.52, 0.51, 0.0005}).second);
+}
+
+TEST_CASE("build_shell_grid: has bounds") {
+  const SidedMesh sided(cube());
+  for (const std::size_t cells : {0, 15, 257})
+    CHECK_THROWS_AS(build_shell_grid(sided.tree, cells), std::invalid_argument);
+  CHECK(build_shell_grid(sided.tree, 64).count == std::array<std::size_t, 3>{64, 64, 64});
+  // Fewer cells where many triangles are as large as the box.
+  const RandomKey key = make_random_key(4, {});
+  std::vector<double> xyz;
+  std::vector<std::vector<std::uint32_t>> faces;
+  for (std::uint32_t v = 0; v < 3000; ++v) {
+    const UnitPair a = random_pair(key, Stream::sequence, v), b = random_pair(key, Stream::sequence, v, 1);
+    xyz.insert(xyz.end(), {a.first, a.second, b.first});
+    if (v % 3 == 0) faces.push_back({v, v + 1, v + 2});
+  }
+  const SidedMesh crowded(polygon_mesh(xyz, faces));
+  CHECK(build_shell_grid(crowded.tree).count[0] <= 64);
 }
 
 TEST_CASE("point_sides: holes of 5 % of the area leave no certain side wrong") {

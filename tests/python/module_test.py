@@ -855,6 +855,9 @@ class Meshes(WithMeshes):
         sides = meander.signed_distance(vertices, faces, points).inside
         self.assertTrue((lidless.inside == sides)[lidless.certain].all())
         self.assertGreater(lidless.certain.mean(), 0.9)
+        shell = meander.signed_distance(vertices, faces, points, sign="shell")
+        self.assertTrue(shell.winding is None and (shell.inside == sides)[shell.certain].all())
+        self.assertGreater(shell.certain.mean(), 0.99)
         for error, pattern, arguments, options in [
                 (ValueError, "not closed: it has 64 open edges", (vertices, faces[64:], points), dict(sign="closed")),
                 (ValueError, "sign: .*`inside`", (CUBE, QUADS, points), dict(sign="inside")),
