@@ -8,7 +8,7 @@ namespace meander {
 
 namespace {
 
-constexpr int most_edges = 256;
+constexpr int max_edges = 256;
 
 // A triangle as a walk sees it: its corners, and two of its sides.
 struct Floor {
@@ -46,8 +46,9 @@ Vector3 position_of(const PreparedMesh& mesh, const SurfacePlace& place) {
 }
 
 Vector3 triangle_normal(const PreparedMesh& mesh, std::uint32_t triangle) {
-  const Floor floor(mesh, triangle);
-  const Vector3 normal = cross(floor.first, floor.second);
+  const std::uint32_t* const corner = &mesh.triangles[3 * std::size_t{triangle}];
+  const Vector3 a = mesh.position(corner[0]);
+  const Vector3 normal = cross(mesh.position(corner[1]) - a, mesh.position(corner[2]) - a);
   const double length = norm(normal);
   return length > 0 ? (1 / length) * normal : Vector3{};
 }
@@ -59,7 +60,7 @@ SurfacePlace walk_on_surface(const PreparedMesh& mesh, SurfacePlace place, Vecto
   for (double& w : weight) w = std::max(w, 0.0);
   const Vector3 up = cross(floor.first, floor.second);
   way = way - (dot(way, up) / floor.squared_area) * up;
-  for (int edges = 0; edges <= most_edges; ++edges) {
+  for (int edges = 0; edges <= max_edges; ++edges) {
     const std::array<double, 3> change = floor.weights_of(way);
     // The corner whose weight reaches 0 first, and after which part of the way.
     std::size_t corner = 3;
@@ -70,7 +71,7 @@ SurfacePlace walk_on_surface(const PreparedMesh& mesh, SurfacePlace place, Vecto
         corner = k;
       }
     for (std::size_t k = 0; k < 3; ++k) weight[k] = std::max(weight[k] + part * change[k], 0.0);
-    if (corner == 3 || edges == most_edges) break;
+    if (corner == 3 || edges == max_edges) break;
     weight[corner] = 0;
     way = (1 - part) * way;
     // The edge opposite to that corner.
@@ -94,7 +95,7 @@ SurfacePlace walk_on_surface(const PreparedMesh& mesh, SurfacePlace place, Vecto
     moved[there] = weight[to];
     moved[(there + 1) % 3] = weight[from];
     const Vector3 inward = next.corner[(there + 2) % 3] - next.corner[there];
-    Vector3 side = inward - (dot(inward, edge) / squared) * edge;
+    const Vector3 side = inward - (dot(inward, edge) / squared) * edge;
     const double length = norm(side);
     if (!(length > 0)) break;
     way = along * edge + (rest / length) * side;

@@ -18,10 +18,10 @@ namespace meander {
 namespace {
 
 // What finding the components that lie in others may cost, about a second: a pair of boxes is one unit.
-constexpr std::uint64_t most_work = std::uint64_t{1} << 27, triangle_work = 8, tree_work = 4096;
+constexpr std::uint64_t max_work = std::uint64_t{1} << 27, triangle_work = 8, tree_work = 4096;
 constexpr std::size_t probe_vertices = 8, large_component = 2048;
 // Of area^1.5: the sphere has 0.094.
-constexpr double least_cone_volume = 0.01;
+constexpr double min_cone_volume = 0.01;
 
 // For every vertex the first at its position.
 std::vector<std::uint32_t> first_at_position(const PreparedMesh& mesh) {
@@ -117,7 +117,7 @@ Vector3 middle_of_area(const PreparedMesh& mesh) {
 // Whether an open component is to be turned over.
 bool is_open_inward(const PreparedMesh& mesh, const Component& component, Vector3 middle) {
   const double own = cone_volume(mesh, component, middle_of_boundary(mesh, component));
-  if (std::abs(own) > least_cone_volume * component.area * std::sqrt(component.area)) return own < 0;
+  if (std::abs(own) > min_cone_volume * component.area * std::sqrt(component.area)) return own < 0;
   return cone_volume(mesh, component, middle) < 0;
 }
 
@@ -240,7 +240,7 @@ class Nesting {
   std::vector<Extent> extents_;
   std::vector<std::uint32_t> solids_;
   std::vector<std::unique_ptr<OwnTree>> trees_;  // by component, once it is asked for
-  std::uint64_t work_left_ = most_work;
+  std::uint64_t work_left_ = max_work;
 };
 
 }  // namespace

@@ -21,7 +21,7 @@ namespace {
 // area.
 constexpr double same_direction = 1e-3, without_area = 1e-7;
 // Bounds on what one vertex, one edge and one corner may cost.
-constexpr std::size_t most_close = 64, most_directions = 32, most_choices = 32;
+constexpr std::size_t max_close = 64, max_directions = 32, max_choices = 32;
 
 // A triangle at an edge of welded corners, the lower one first.
 struct EdgeSide {
@@ -52,7 +52,7 @@ std::vector<std::uint32_t> welded_corners(const PreparedMesh& mesh, double toler
     visit_near(tree, low.data(), high.data(), [&](std::uint32_t other) {
       if (other >= v || distance(mesh.position(other), mesh.position(v)) > tolerance) return true;
       sets.join(other, v);
-      return ++close < most_close;
+      return ++close < max_close;
     });
   }
   std::vector<std::uint32_t> first(count);
@@ -76,14 +76,14 @@ std::vector<EdgeSide> edge_sides(const PreparedMesh& mesh, std::span<const std::
 
 // The directions, at right angles to an edge, in which triangles lie from it.
 struct Directions {
-  std::array<Vector3, most_directions> direction;
-  std::array<std::uint32_t, most_directions> triangle;
+  std::array<Vector3, max_directions> direction;
+  std::array<std::uint32_t, max_directions> triangle;
   std::size_t count = 0;
 
   void add(Vector3 d, std::uint32_t of) {
     for (std::size_t i = 0; i < count; ++i)
       if (distance(direction[i], d) < same_direction) return;
-    if (count == most_directions) return;
+    if (count == max_directions) return;
     direction[count] = d;
     triangle[count++] = of;
   }
@@ -197,7 +197,7 @@ class Walk {
     std::uint32_t best = no_index;
     double straightest = 0;
     std::size_t seen = 0;
-    for (std::uint32_t i = begin_[v]; i < left_[v] && seen < most_choices;) {
+    for (std::uint32_t i = begin_[v]; i < left_[v] && seen < max_choices;) {
       const std::uint32_t e = at_[i];
       if (taken_[e] != 0) {
         at_[i] = at_[--left_[v]];

@@ -11,8 +11,8 @@ namespace meander {
 
 namespace {
 
-constexpr std::size_t margin = 2, least_cells = 16, largest_cells = 256;
-constexpr double most_marking = 134217728;  // 2^27
+constexpr std::size_t margin = 2, min_cells = 16, largest_cells = 256;
+constexpr double max_marking = 134217728;  // 2^27
 
 std::array<double, 3> axes_of(Vector3 v) { return {v.x, v.y, v.z}; }
 
@@ -128,15 +128,15 @@ void flood(ShellGrid& grid) {
 
 }  // namespace
 
-ShellGrid build_shell_grid(const TriangleTree& tree, std::size_t most_cells) {
-  if (most_cells < least_cells || most_cells > largest_cells)
+ShellGrid build_shell_grid(const TriangleTree& tree, std::size_t max_cells) {
+  if (max_cells < min_cells || max_cells > largest_cells)
     throw std::invalid_argument("build_shell_grid: 16 to 256 cells along a side");
   ShellGrid grid;
-  for (std::size_t cells = most_cells;; cells /= 2) {
+  for (std::size_t cells = max_cells;; cells /= 2) {
     grid = empty_grid(tree, cells);
     double marking = 0;
     for (std::size_t p = 0; p < tree.count(); ++p) marking += range_of(grid, triangle_at(tree, p)).cells();
-    if (marking <= most_marking || cells / 2 < least_cells) break;
+    if (marking <= max_marking || cells / 2 < min_cells) break;
   }
   grid.kind.assign(grid.count[0] * grid.count[1] * grid.count[2], ShellCell::enclosed);
   for (std::size_t p = 0; p < tree.count(); ++p) mark(grid, triangle_at(tree, p));

@@ -26,9 +26,9 @@ struct ShellGrid {
 
 // Marks the cells that triangles meet, and floods the others from outside, side by side: what is not reached
 // is enclosed. Gaps narrower than a cell are closed by the cells of their borders. The longest side of the
-// box has `most_cells` - 4 cells, 12 to 252 (else std::invalid_argument), or half as many as often as marking
+// box has `max_cells` - 4 cells, 12 to 252 (else std::invalid_argument), or half as many as often as marking
 // would look at more than 2^27 cells. O(cells + cells that triangles meet): some 20 ms for 128.
-ShellGrid build_shell_grid(const TriangleTree& tree, std::size_t most_cells = shell_cells);
+ShellGrid build_shell_grid(const TriangleTree& tree, std::size_t max_cells = shell_cells);
 
 struct ShellSide {
   bool inside = false, certain = false;

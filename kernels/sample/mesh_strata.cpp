@@ -5,6 +5,8 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "kernels/sample/median_place.h"
+
 namespace meander {
 
 namespace {
@@ -80,19 +82,9 @@ StratumPoint MeshStrata::point_in(const OpenElement& element, std::span<const st
 
 template <class TriangleOf>
 void MeshStrata::set_origin(std::size_t count, const TriangleOf& triangle_of) {
-  constexpr std::size_t most = 1025;
-  std::array<std::vector<double>, 3> along;
-  const std::size_t used = std::min(count, most);
-  for (std::size_t i = 0; i < used; ++i) {
-    const Vector3 at =
-        surface_.mesh().position(surface_.mesh().triangles[3 * std::size_t{triangle_of(i * count / used)}]);
-    along[0].push_back(at.x);
-    along[1].push_back(at.y);
-    along[2].push_back(at.z);
-  }
-  for (std::vector<double>& row : along)
-    std::nth_element(row.begin(), row.begin() + static_cast<std::ptrdiff_t>(used / 2), row.end());
-  origin_ = {along[0][used / 2], along[1][used / 2], along[2][used / 2]};
+  const PreparedMesh& mesh = surface_.mesh();
+  origin_ = median_place(
+      count, [&](std::size_t i) { return mesh.position(mesh.triangles[3 * std::size_t{triangle_of(i)}]); });
 }
 
 CurveStrata::CurveStrata(const CurveElements& elements, std::uint32_t count, const MeasuredMesh& surface,

@@ -12,6 +12,7 @@
 #include "kernels/density/pieces.h"
 #include "kernels/mesh/measured_mesh.h"
 #include "kernels/mesh/polygon_mesh.h"
+#include "kernels/mesh/surface_walk.h"
 #include "kernels/sample/place_samples.h"
 #include "kernels/sample/sample_sites.h"
 
@@ -184,12 +185,8 @@ struct Placer : PlaceContext {
   }
 
   Vector3 geometric_normal(std::uint32_t triangle) const {
-    const std::size_t t = 3 * std::size_t{triangle};
-    const Vector3 a = mesh.position(mesh.triangles[t]), b = mesh.position(mesh.triangles[t + 1]),
-                  c = mesh.position(mesh.triangles[t + 2]);
-    const Vector3 n = cross(b - a, c - a);
-    const double length = norm(n);
-    return length > 0 ? (1 / length) * n : Vector3{0, 0, 1};
+    const Vector3 normal = triangle_normal(mesh, triangle);
+    return dot(normal, normal) > 0 ? normal : Vector3{0, 0, 1};
   }
 
   // The file's normals interpolated, where all three corners have a usable one and they do not cancel.

@@ -9,6 +9,8 @@
 #include "kernels/core/parallel.h"
 #include "kernels/density/pieces.h"
 #include "kernels/sample/kernel_sums.h"
+#include "kernels/sample/median_place.h"
+#include "kernels/sample/offered_places.h"
 #include "kernels/sample/spaced_samples.h"
 #include "kernels/sample/stratum_grid.h"
 #include "kernels/sample/surface_points.h"
@@ -46,24 +48,14 @@ constexpr std::size_t run_samples = 8, max_around_run = 8192, max_around_sample 
 constexpr float longest_search = 4;
 // Cells of the grid of points.
 constexpr double point_cell = 0.7;
-// In working units: below this, squares would leave the range of float. And a density that counts as 0.
+// In working units: below this, squares would leave the range of float.
 constexpr float min_spacing = 1e-15f;
-constexpr double min_density = 1e-30;
 
 using Float3 = std::array<float, 3>;
 float dot(const Float3& a, const Float3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 Float3 difference(const Float3& a, const Float3& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
 Float3 to_float3(const Vector3& v) {
   return {static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z)};
-}
-
-float squared_gap_to(const Float3& at, const PointBox& box) {
-  float sum = 0;
-  for (std::size_t k = 0; k < 3; ++k) {
-    const float gap = std::max({box.low[k] - at[k], at[k] - box.high[k], 0.0f});
-    sum += gap * gap;
-  }
-  return sum;
 }
 
 // Points in a grid, to be found around samples.
@@ -100,7 +92,9 @@ class PointsAround {
       }
       bool together = true;
       for (std::size_t k = 0; k < 3; ++k) together &= run.high[k] - run.low[k] < longest_search * within;
-      const auto is_near = [&](std::uint32_t j) { return squared_gap_to(at(j), run) < within * within; };
+      const auto is_near = [&](std::uint32_t j) {
+        return spaced::squared_gap({at(j), at(j)}, run) < within * within;
+      };
       if (together && grid_.find_around(run, within, max_around_run, is_near, found)) {
         visit(first, last, found);
         continue;
@@ -111,7 +105,9 @@ class PointsAround {
         grid_.find(
             std::span(&p[0], 1), std::span(&p[1], 1), std::span(&p[2], 1), {p, p}, false, d,
             max_around_sample,
-            [&](std::uint32_t j, const PointBox& place) { return squared_gap_to(at(j), place) < d * d; },
+            [&](std::uint32_t j, const PointBox& place) {
+              return spaced::squared_gap({at(j), at(j)}, place) < d * d;
+            },
             scratch, found);
         visit(i, i + 1, found);
       }
@@ -132,7 +128,7 @@ class Relaxation {
         cancel_(cancel),
         count_(places.size()),
         sample_mass_(measure.total() / static_cast<double>(count_)),
-        origin_(middle()),
+        origin_(median_place(count_, [&](std::size_t i) { return position_of(mesh_, places_[i]); })),
         at_(count_),
         normal_(count_),
         spacing_(count_) {
@@ -170,21 +166,6 @@ class Relaxation {
     const Float3& operator[](std::size_t j) const { return j >= begin && j < end ? now[j] : before[j]; }
   };
 
-  // Of the samples, where float is precise.
-  Vector3 middle() const {
-    constexpr std::size_t most = 1025;
-    const std::size_t used = std::min(count_, most);
-    std::array<std::vector<double>, 3> along;
-    for (std::size_t k = 0; k < used; ++k) {
-      const Vector3 p = position_of(mesh_, places_[k * count_ / used]);
-      along[0].push_back(p.x);
-      along[1].push_back(p.y);
-      along[2].push_back(p.z);
-    }
-    for (std::vector<double>& row : along)
-      std::nth_element(row.begin(), row.begin() + static_cast<std::ptrdiff_t>(used / 2), row.end());
-    return {along[0][used / 2], along[1][used / 2], along[2][used / 2]};
-  }
   Float3 place_of(std::size_t i) const { return to_float3(position_of(mesh_, places_[i]) - origin_); }
   Float3 normal_of(std::size_t i) const { return to_float3(triangle_normal(mesh_, places_[i].triangle)); }
 

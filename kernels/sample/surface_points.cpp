@@ -18,10 +18,9 @@ namespace {
 // In spacings: the longest edge of a piece, and the cells in which light pieces are put together.
 constexpr double piece_edge = 0.9, bin_edge = 0.5;
 // In units of mass: lighter pieces are not divided; lighter ones are put together.
-constexpr double least_mass = 1.0 / 64, light_mass = 1.0 / 32;
-constexpr double least_density = 1e-30;
+constexpr double min_mass = 1.0 / 64, light_mass = 1.0 / 32;
 // Of cells, in working units: their numbers are 32 bits long.
-constexpr double least_edge = 0x1p-29;
+constexpr double min_edge = 0x1p-29;
 
 // What light pieces add up to, by their cell, the way that they face, and the scale of their spacing.
 struct Bin {
@@ -131,8 +130,8 @@ class SurfacePoints {
           source.uniform ? 1.0 : source.density_at((b1[0] + b1[1] + b1[2]) / 3, (b2[0] + b2[1] + b2[2]) / 3);
       const double mass = mesh_.area[triangle] *
                           share_after(static_cast<int>(std::bit_width(piece.path)) - 1) * density / unit_;
-      const double squared_spacing = unit_ / std::max(density, least_density);
-      if (mass > least_mass && piece.path < deepest_path &&
+      const double squared_spacing = unit_ / std::max(density, min_density);
+      if (mass > min_mass && piece.path < deepest_path &&
           piece.squared_edge[longest_edge(piece)] > piece_edge * piece_edge * squared_spacing) {
         const auto children = bisect(piece);
         pieces_.insert(pieces_.end(), children.rbegin(), children.rend());
@@ -150,7 +149,7 @@ class SurfacePoints {
   void add_light(const Vector3& at, const Vector3& normal, double mass, double spacing) {
     // Where the density varies, cells are of sizes that are powers of two.
     int exponent = 0;
-    double edge = std::max(bin_edge * spacing, least_edge);
+    double edge = std::max(bin_edge * spacing, min_edge);
     if (!density_.uniform()) edge = std::ldexp(2.0 / 3, (std::frexp(edge, &exponent), exponent));
     const auto cell = [&](double c) { return static_cast<std::int32_t>(std::floor(c / edge)); };
     bins_.add({cell(at.x), cell(at.y), cell(at.z)}, 8 * exponent + side_of(normal), mass, at, normal);

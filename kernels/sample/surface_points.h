@@ -9,11 +9,14 @@
 
 namespace meander {
 
+// Lower densities count as this one where they say how far samples are apart.
+inline constexpr double min_density = 1e-30;
+
 // Positions from `origin` (working units), masses in units of `unit` (area x density, working units), and
 // normals: triangles in pieces whose edges are shorter than a spacing, sqrt(unit / density), or that are
 // light; light pieces that lie together and face one way are one point. For kernels that change over half a
-// spacing: halves of these lengths change the error of relaxed samples by less than 1 %. O(T + pieces); at
-// most 128 pieces a unit of mass, and about 8 points. Deterministic.
+// spacing: with pieces of .5 and cells of .3 spacings the error of relaxed samples is less than 1 % lower.
+// O(T + pieces); at most 128 pieces a unit of mass, and about 8 points. Deterministic.
 SurfaceRows surface_points(const PreparedMesh& mesh, const Density& density, double unit,
                            const Vector3& origin, const CancelToken& cancel);
 
