@@ -19,9 +19,10 @@ namespace meander {
 namespace {
 
 constexpr double hexagonal = 1.1547005383792515;  // area of a square of the spacing over that of a sample
-// How far around triangles that cross vertices are kept, over their longest edge, when a component is
-// remeshed once more.
-constexpr std::array<double, 3> kept_reach = {0.5, 1, 2};
+// How far around triangles that cross vertices are kept when a component is remeshed once more. The last time
+// also around what could be parted: where two sheets are nearer to each other than their triangles bend, new
+// crossings at the rim of what is kept follow the old ones for long.
+constexpr std::array<CrossingSurroundings, 3> kept_around = {{{0.5, false}, {1, false}, {2, true}}};
 constexpr double most_line_vertices = 4;  // added on long lines, over samples and vertices
 
 // One component on its way, with what it needs of the whole.
@@ -158,9 +159,9 @@ class Remesher {
     for (std::size_t attempt = 0;; ++attempt) {
       std::vector<RepairedPart> repaired;
       for (Part& part : parts) repaired.push_back({&part.mesh, part.moved_to, part.on_line, part.places});
-      const bool last = attempt == kept_reach.size();
+      const bool last = attempt == kept_around.size();
       const CrossingReport found =
-          repair_crossings(repaired, surface_, last ? 0 : kept_reach[attempt], cancel_);
+          repair_crossings(repaired, surface_, last ? CrossingSurroundings{} : kept_around[attempt], cancel_);
       report.crossings = found.left;
       report.input_crossings = found.of_input;
       report.partial_search = found.is_partial ? 1 : 0;

@@ -50,9 +50,13 @@ struct Trial {
 
 class CrossingRepair {
  public:
-  CrossingRepair(std::span<const RepairedPart> parts, const PreparedMesh& surface, double reach,
-                 const CancelToken& cancel)
-      : parts_(parts), surface_(surface), reach_(reach), cancel_(cancel), clusters_(parts.size()) {}
+  CrossingRepair(std::span<const RepairedPart> parts, const PreparedMesh& surface,
+                 CrossingSurroundings surroundings, const CancelToken& cancel)
+      : parts_(parts),
+        surface_(surface),
+        surroundings_(surroundings),
+        cancel_(cancel),
+        clusters_(parts.size()) {}
 
   CrossingReport run() {
     look_at_all();
@@ -73,6 +77,9 @@ class CrossingRepair {
       report_.of_input += not_listed_;
       return report_;
     }
+    if (surroundings_.around_parted)
+      for (const CrossingPair& pair : pairs)
+        if (!pair.of_input) find_around(pair.slots);
     const std::uint64_t most_added = added_at_least + added_per_pair * pairs.size();
     bool changed = false;
     for (int round = 0; round < most_rounds && !pairs.empty(); ++round) {
@@ -102,6 +109,7 @@ class CrossingRepair {
       if (!of_input) find_around(left.slots);
     }
     for (std::vector<std::uint32_t>& around : report_.around) {
+      if (report_.left == 0) around.clear();
       std::sort(around.begin(), around.end());
       around.erase(std::unique(around.begin(), around.end()), around.end());
     }
@@ -402,7 +410,7 @@ class CrossingRepair {
   // The vertices of the surface, there or gone, that lie around the place and belong to the two or to their
   // neighbors.
   void find_around(const std::array<Slot, 2>& pair) {
-    const SpaceBox place = place_of(trial(pair[0]), trial(pair[1]), reach_);
+    const SpaceBox place = place_of(trial(pair[0]), trial(pair[1]), surroundings_.reach);
     for (const Slot slot : pair) {
       const EditedMesh& mesh = mesh_of(slot);
       const auto originals = static_cast<std::uint32_t>(parts_[slot.part].moved_to.size());
@@ -540,7 +548,7 @@ class CrossingRepair {
 
   const std::span<const RepairedPart> parts_;
   const PreparedMesh& surface_;
-  const double reach_;
+  const CrossingSurroundings surroundings_;
   const CancelToken& cancel_;
   std::vector<Clusters> clusters_;
   std::vector<Slot> slots_, fresh_, changed_;     // in boxes_, changed since, changed in this round
@@ -556,8 +564,8 @@ class CrossingRepair {
 }  // namespace
 
 CrossingReport repair_crossings(std::span<const RepairedPart> parts, const PreparedMesh& surface,
-                                double reach, const CancelToken& cancel) {
-  return CrossingRepair(parts, surface, reach, cancel).run();
+                                CrossingSurroundings surroundings, const CancelToken& cancel) {
+  return CrossingRepair(parts, surface, surroundings, cancel).run();
 }
 
 }  // namespace meander

@@ -19,13 +19,19 @@ struct RepairedPart {
   std::span<const Vector3> places;  // of the vertices from W on, before they were fitted; may be empty
 };
 
+// Which vertices of the surface are listed around triangles that cross.
+struct CrossingSurroundings {
+  double reach = 0;            // how far from the place, over the longest edge of a pair
+  bool around_parted = false;  // also around pairs that could be parted
+};
+
 struct CrossingReport {
   std::uint64_t left = 0;      // pairs of triangles that cross where the surface does not
   std::uint64_t of_input = 0;  // pairs that cross where triangles of the surface do
   bool is_partial = false;     // a search ended at its bound: there may be more, and all count as of_input
   std::uint32_t added = 0;     // vertices of the surface that were taken back
-  // By part: vertices of the surface around the pairs that are left, ascending. A mesh that keeps them, with
-  // the edges between them, is the surface itself there.
+  // By part, ascending, and empty if nothing is left: vertices of the surface around the pairs that
+  // CrossingSurroundings names. A mesh that keeps them, with the edges between them, is the surface there.
   std::vector<std::vector<std::uint32_t>> around;
 };
 
@@ -38,8 +44,7 @@ struct CrossingReport {
 // at 256 pairs of boxes that meet for each triangle (and 2^24), or 2^21 for 256 neighboring ones. O(T log
 // T) up to these bounds, 0.5 us a triangle of the mesh; where there are crossings also a search of the
 // surface, 1 us a triangle. Deterministic for every number of threads. Throws what `cancel` throws.
-//   reach: of `around`, over the longest edge of a pair
 CrossingReport repair_crossings(std::span<const RepairedPart> parts, const PreparedMesh& surface,
-                                double reach, const CancelToken& cancel = {});
+                                CrossingSurroundings surroundings, const CancelToken& cancel = {});
 
 }  // namespace meander

@@ -163,6 +163,7 @@ TEST_CASE("crossings: repaired in the same way for every number of threads") {
   CHECK(one.mesh.triangles == four.mesh.triangles);
   CHECK(one.mesh.x == four.mesh.x);
   CHECK(one.mesh.report.kept_vertices == four.mesh.report.kept_vertices);
+  CHECK(one.mesh.report.crossings == 0);
 }
 
 TEST_CASE("crossings: those of a cluster of needles are counted, repaired or not") {
