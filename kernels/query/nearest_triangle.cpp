@@ -230,10 +230,10 @@ NearestTriangles nearest_triangles(const TriangleTree& tree, std::span<const dou
   out.distance.resize(count);
   out.triangle.resize(count);
   out.weights.resize(2 * count);
-  const std::vector<std::uint32_t> order = order_along_curve(points);
+  out.order = order_along_curve(points);
   parallel_blocks(count, query_block, [&](std::size_t begin, std::size_t end) {
     cancel.check();
-    search_run(tree, points, std::span(order).subspan(begin, end - begin), out);
+    search_run(tree, points, std::span(out.order).subspan(begin, end - begin), out);
   });
   return out;
 }

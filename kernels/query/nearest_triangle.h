@@ -15,6 +15,7 @@ struct NearestTriangles {
   std::vector<double> distance;         // n, >= 0
   std::vector<std::uint32_t> triangle;  // n: the lowest number where several are equally near
   std::vector<double> weights;          // 2 n: of corners 1 and 2 at the nearest point, >= 0, sum <= 1
+  std::vector<std::uint32_t> order;     // n: the points along a curve (order_along_curve)
 };
 
 // Beyond this distance from the middle of the mesh double does not tell its parts apart.
@@ -34,7 +35,13 @@ NearestTriangles nearest_triangles(const TriangleTree& tree, std::span<const dou
                                    const CancelToken& cancel = {});
 
 // Points along the 3-D Hilbert curve over their box, as far as it lies around a mesh in [-1, 1]: neighbors in
-// the order are neighbors in space. O(n).
+// the order are neighbors in space. O(n), some 50 ns a point.
 std::vector<std::uint32_t> order_along_curve(std::span<const double> points);
+
+// Bytes of a point while points are ordered.
+inline constexpr double curve_order_bytes = 36;
+
+// Upper bound of the bytes that nearest triangles take beside the points and the tree.
+constexpr double nearest_triangles_bytes(double points) { return points * (28 + curve_order_bytes); }
 
 }  // namespace meander

@@ -7,6 +7,8 @@
 
 #include "kernels/mesh/polygon_mesh.h"
 #include "kernels/mesh/prepared_mesh.h"
+#include "kernels/query/triangle_tree.h"
+#include "kernels/query/winding_number.h"
 
 namespace meander {
 
@@ -38,9 +40,22 @@ struct OrientedSurface {
 // topology.
 OrientedSurface orient_outward(const PreparedMesh& mesh);
 
+// Upper bound of the bytes that it takes beside the mesh.
+constexpr double orient_outward_bytes(double triangles) {
+  // Sides of edges, positions, boxes of components, and the result; trees of components in which others lie.
+  constexpr double bytes_per_triangle = 160, least = 32768;
+  return least + triangles * bytes_per_triangle + triangle_tree_bytes(triangles) +
+         winding_tree_bytes(triangles);
+}
+
 // Takes the corners from polygons whose corners have the positions of those of an earlier polygon, in any
 // order, so that two-sided and doubled surfaces are single ones. The others keep their numbers. Returns how
 // many were taken. O(K log K).
 std::uint32_t drop_doubled_faces(PolygonMesh& mesh);
+
+// Upper bound of the bytes that it takes beside the mesh.
+constexpr double drop_doubled_faces_bytes(double polygons, double corners, double vertices) {
+  return 9 * polygons + 4 * corners + 40 * vertices;
+}
 
 }  // namespace meander

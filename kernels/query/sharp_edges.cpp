@@ -243,6 +243,9 @@ EdgePoints points_on_edges(const PreparedMesh& mesh, const SharpEdges& edges,
   EdgePoints out;
   if (!shares.empty() && !(edges.length() > 0))
     throw std::invalid_argument("points_on_edges: there is no edge to place points on");
+  out.point.reserve(3 * shares.size());
+  out.edge.reserve(shares.size());
+  out.along.reserve(shares.size());
   for (const double share : shares) {
     if (!(share >= 0 && share < 1))
       throw std::invalid_argument("points_on_edges: shares are at least 0, below 1");

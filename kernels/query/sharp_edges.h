@@ -40,6 +40,12 @@ struct SharpEdges {
 // that meet themselves. Deterministic. Throws std::invalid_argument for other parameters. O(T log T).
 SharpEdges find_sharp_edges(const PreparedMesh& mesh, const SharpEdgeParameters& parameters = {});
 
+// Upper bound of the bytes that it takes beside the mesh: sides of edges, and what is found, which grow.
+constexpr double sharp_edges_bytes(double triangles) {
+  constexpr double bytes_per_triangle = 450, least = 4096;
+  return triangles * bytes_per_triangle + least;
+}
+
 // N points on edges.
 struct EdgePoints {
   std::vector<double> point;        // 3 N, working units
@@ -51,5 +57,8 @@ struct EdgePoints {
 // of a sequence that is even on [0, 1) are even by length along the curves and across their corners. Where
 // there is no edge there may be no share. O(N log E).
 EdgePoints points_on_edges(const PreparedMesh& mesh, const SharpEdges& edges, std::span<const double> shares);
+
+// Bytes of the points.
+constexpr double edge_points_bytes(double points) { return 36 * points; }
 
 }  // namespace meander

@@ -30,6 +30,12 @@ struct ShellGrid {
 // would look at more than 2^27 cells. O(cells + cells that triangles meet): some 20 ms for 128.
 ShellGrid build_shell_grid(const TriangleTree& tree, std::size_t max_cells = shell_cells);
 
+// Upper bound of its bytes while it is made: the cells, and those that wait while it is flooded.
+constexpr double shell_grid_bytes(std::size_t max_cells = shell_cells) {
+  const auto side = static_cast<double>(max_cells);
+  return 13 * side * side * side;
+}
+
 struct ShellSide {
   bool inside = false, certain = false;
 };

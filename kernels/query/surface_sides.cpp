@@ -85,10 +85,9 @@ void tell_closed(const TriangleTree& tree, const OrientedSurface& oriented, std:
                  const NearestTriangles& nearest, const CancelToken& cancel, PointSides& out) {
   const WindingTree winding = build_winding_tree(tree, oriented.flipped, whole_bound);
   const ClosedWork work{tree, oriented, winding, points, nearest};
-  const std::vector<std::uint32_t> order = order_along_curve(points);
-  parallel_blocks(order.size(), side_block, [&](std::size_t begin, std::size_t end) {
+  parallel_blocks(nearest.order.size(), side_block, [&](std::size_t begin, std::size_t end) {
     cancel.check();
-    walk(work, std::span(order).subspan(begin, end - begin), out);
+    walk(work, std::span(nearest.order).subspan(begin, end - begin), out);
   });
 }
 
@@ -97,7 +96,7 @@ void tell_by_winding(const TriangleTree& tree, const OrientedSurface& oriented,
                      const CancelToken& cancel, PointSides& out) {
   {
     const WindingTree usual = build_winding_tree(tree, oriented.flipped, usual_bound);
-    out.winding = winding_numbers(usual, points, cancel);
+    out.winding = winding_numbers(usual, points, nearest.order, cancel);
   }
   std::vector<std::uint32_t> close;
   std::vector<double> close_points;
@@ -123,11 +122,10 @@ void tell_by_winding(const TriangleTree& tree, const OrientedSurface& oriented,
 void tell_by_shell(const TriangleTree& tree, std::span<const double> points, const NearestTriangles& nearest,
                    const CancelToken& cancel, PointSides& out) {
   const ShellGrid grid = build_shell_grid(tree);
-  const std::vector<std::uint32_t> order = order_along_curve(points);
-  parallel_blocks(order.size(), side_block, [&](std::size_t begin, std::size_t end) {
+  parallel_blocks(nearest.order.size(), side_block, [&](std::size_t begin, std::size_t end) {
     cancel.check();
     for (std::size_t r = begin; r < end; ++r) {
-      const std::uint32_t i = order[r];
+      const std::uint32_t i = nearest.order[r];
       const ShellSide side = shell_side(grid, tree, point_at(points, i));
       out.inside[i] = side.inside;
       out.certain[i] = side.certain && nearest.distance[i] > on_surface;
@@ -171,7 +169,8 @@ PointSides point_sides(const TriangleTree& tree, const OrientedSurface& oriented
                        std::span<const double> points, const NearestTriangles& nearest,
                        const CancelToken& cancel) {
   const std::size_t count = points.size() / 3;
-  if (nearest.distance.size() != count || nearest.triangle.size() != count || points.size() % 3 != 0)
+  if (nearest.distance.size() != count || nearest.triangle.size() != count || nearest.order.size() != count ||
+      points.size() % 3 != 0)
     throw std::invalid_argument("point_sides: a nearest triangle for each point");
   if (oriented.flipped.size() != tree.count() || oriented.open_sides.size() != tree.count())
     throw std::invalid_argument("point_sides: the orientation of another mesh");

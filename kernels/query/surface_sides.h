@@ -9,7 +9,9 @@
 #include "kernels/core/words.h"
 #include "kernels/query/nearest_triangle.h"
 #include "kernels/query/oriented_surface.h"
+#include "kernels/query/shell_grid.h"
 #include "kernels/query/triangle_tree.h"
+#include "kernels/query/winding_number.h"
 
 namespace meander {
 
@@ -58,11 +60,20 @@ SignRule sign_rule(const PreparedMesh& mesh, const TriangleTree& tree, const Ori
 // it, and where the nearest triangle has an open edge or the nearest point is the end of one.
 // Shell: see shell_side.
 //
-// Parallel; the same for every thread count. Throws std::invalid_argument for the rule closed where the
-// surface is not, and for arrays that do not fit; timeout / RunCanceled from `cancel`. 0.1 to 0.3 us a
-// point by the rule closed, 1 to 6 by winding, on meshes of 25,000 triangles.
+// Parallel; the same for every thread count. Points are taken in the order of `nearest`. Throws
+// std::invalid_argument for the rule closed where the surface is not, and for arrays that do not fit; timeout
+// / RunCanceled from `cancel`. 0.1 to 0.3 us a point by the rule closed, 1 to 6 by winding, on meshes of
+// 25,000 triangles.
 PointSides point_sides(const TriangleTree& tree, const OrientedSurface& oriented, SignRule rule,
                        std::span<const double> points, const NearestTriangles& nearest,
                        const CancelToken& cancel = {});
+
+// Upper bound of the bytes that sides take by any rule beside the points, what is known of them, the tree and
+// the orientation.
+constexpr double point_sides_bytes(double triangles, double points) {
+  // The result, and points near the threshold.
+  constexpr double bytes_per_point = 10 + 100;
+  return points * bytes_per_point + winding_tree_bytes(triangles) + shell_grid_bytes();
+}
 
 }  // namespace meander

@@ -14,6 +14,8 @@ namespace {
 constexpr std::size_t fan = TriangleTree::fan;
 constexpr float infinity = std::numeric_limits<float>::infinity();
 constexpr std::size_t bins = 16;
+// Every leaf has at least this many triangles where there are more than 8, which bounds the memory.
+constexpr std::size_t least_in_leaf = 3;
 // Beyond, ranges are halved, which ends after log8(2^32) levels: 8 x 40 nodes at most wait in a stack.
 constexpr int heuristic_depth = 28;
 // Ranges that become tasks.
@@ -205,7 +207,7 @@ class Builder {
       for (std::size_t b = 1; b < bins; ++b) {
         all.add(box[b - 1]);
         count += number[b - 1];
-        if (count == 0 || count == range.count()) continue;
+        if (count < least_in_leaf || count + least_in_leaf > range.count()) continue;
         const float cost = all.surface() * static_cast<float>(count) + above[b];
         if (cost < best_cost) {
           best_cost = cost;

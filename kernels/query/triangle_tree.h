@@ -57,7 +57,12 @@ constexpr double float_slack(double extent) { return 2e-6 * (1 + extent); }
 TriangleTree build_triangle_tree(std::span<const double> x, std::span<const double> y,
                                  std::span<const double> z, std::span<const std::uint32_t> triangles);
 
-// Upper bound of the bytes that the tree and its making take.
-constexpr double triangle_tree_bytes(double triangles) { return 600 * triangles; }
+// Upper bound of the bytes that the tree takes while it is made, and later.
+constexpr double triangle_tree_bytes(double triangles) {
+  // A third of a leaf and of a node, which is copied, and the corners; or boxes instead of leaves and
+  // corners.
+  constexpr double bytes_per_triangle = 600, least = 4096;
+  return triangles * bytes_per_triangle + least;
+}
 
 }  // namespace meander

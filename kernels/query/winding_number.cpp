@@ -411,15 +411,21 @@ double winding_number(const WindingTree& winding, Vector3 point) {
 
 std::vector<double> winding_numbers(const WindingTree& winding, std::span<const double> points,
                                     const CancelToken& cancel) {
+  return winding_numbers(winding, points, order_along_curve(points), cancel);
+}
+
+std::vector<double> winding_numbers(const WindingTree& winding, std::span<const double> points,
+                                    std::span<const std::uint32_t> order, const CancelToken& cancel) {
   if (points.size() % 3 != 0) throw std::invalid_argument("winding_numbers: three coordinates a point");
   for (const double c : points)
     if (!(std::abs(c) <= farthest_point))
       throw std::invalid_argument("winding_numbers: points must be finite, and not too far from the mesh");
   std::vector<double> out(points.size() / 3);
-  const std::vector<std::uint32_t> order = order_along_curve(points);
+  if (order.size() != out.size())
+    throw std::invalid_argument("winding_numbers: an order of as many as there are points");
   parallel_blocks(out.size(), winding_block, [&](std::size_t begin, std::size_t end) {
     cancel.check();
-    wind_run(winding, points, std::span(order).subspan(begin, end - begin), out);
+    wind_run(winding, points, order.subspan(begin, end - begin), out);
   });
   return out;
 }

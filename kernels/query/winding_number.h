@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "kernels/core/cancel.h"
+#include "kernels/query/nearest_triangle.h"
 #include "kernels/query/triangle_tree.h"
 
 namespace meander {
@@ -48,6 +49,13 @@ struct WindingTree {
 // at most 2e-5. About 0.5 us a triangle. The same for every thread count and machine.
 WindingTree build_winding_tree(const TriangleTree& tree, std::span<const std::uint8_t> flipped, double bound);
 
+// Upper bound of the bytes that it takes beside the tree of triangles, while it is made.
+constexpr double winding_tree_bytes(double triangles) {
+  // A third of a leaf and of a node, with their moments.
+  constexpr double bytes_per_triangle = 600, least = 4096;
+  return triangles * bytes_per_triangle + least;
+}
+
 // The winding number of one point.
 double winding_number(const WindingTree& winding, Vector3 point);
 
@@ -56,5 +64,11 @@ double winding_number(const WindingTree& winding, Vector3 point);
 // triangles once each at most. Throws timeout / RunCanceled from `cancel`.
 std::vector<double> winding_numbers(const WindingTree& winding, std::span<const double> points,
                                     const CancelToken& cancel = {});
+// The same for points whose order along a curve is known (order_along_curve).
+std::vector<double> winding_numbers(const WindingTree& winding, std::span<const double> points,
+                                    std::span<const std::uint32_t> order, const CancelToken& cancel = {});
+
+// Upper bound of the bytes that they take beside the points, sorting included.
+constexpr double winding_numbers_bytes(double points) { return points * (8 + curve_order_bytes); }
 
 }  // namespace meander
