@@ -12,6 +12,8 @@
 #else
 #define MEANDER_TARGET(instructions)
 #endif
+// For what the loops of all versions share: it is compiled into each of them, with its instructions.
+#define MEANDER_INLINE __attribute__((always_inline)) inline
 
 namespace meander {
 

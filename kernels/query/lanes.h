@@ -8,10 +8,9 @@
 #include <cstring>
 #include <type_traits>
 
+#include "kernels/core/instruction_set.h"
 #include "kernels/core/vector_instructions.h"
 #include "kernels/query/triangle_tree.h"
-
-#define MEANDER_INLINE __attribute__((always_inline)) inline
 
 namespace meander::lanes {
 

@@ -5,10 +5,11 @@
 #include <cstdint>
 #include <cstring>
 
+#include "kernels/core/instruction_set.h"
+
 // One text for all instruction sets, in vectors of the compiler (GCC and Clang) as wide as the machine's. It
 // is inlined into functions that carry the target themselves: a file compiled with other flags could leave
 // AVX code in inline functions that the whole program shares.
-#define MEANDER_INLINE __attribute__((always_inline)) inline
 
 // No such vector is passed between functions that are not inlined.
 #pragma GCC diagnostic ignored "-Wpsabi"

@@ -16,7 +16,6 @@ namespace {
 constexpr std::size_t lanes = 8;
 using Floats = float __attribute__((vector_size(4 * lanes)));
 using Words = std::int32_t __attribute__((vector_size(4 * lanes)));
-#define MEANDER_INLINE __attribute__((always_inline)) inline
 
 // A row from `first` on; lanes beyond its end repeat the last place.
 template <class Vector, class Value>
