@@ -20,6 +20,7 @@
 #include "jobs/retrieve/retrieve_commands.h"
 #include "jobs/retrieve/score_files.h"
 #include "jobs/rows/laboratory.h"
+#include "jobs/rows/rank_option.h"
 #include "jobs/rows/retrieve_base.h"
 #include "kernels/core/parallel.h"
 #include "kernels/describe/describe_samples.h"
@@ -92,22 +93,26 @@ void check_parts(const EvaluateOptions& options) {
                                    writes ? "the scores of all queries" : "all distances"));
 }
 
-// Scores the queries [begin, end) and appends their distances to `matrix` unless it is null. nearest: empty,
-// or one for each row, which is filled in for scored queries.
+// Scores the queries [begin, end) by what they are ranked by, and appends that to `matrix` unless it is null.
+// nearest: empty, or one for each row, which is filled in for scored queries.
 std::vector<QueryScores> score_queries(const RetrievalBase& base, const RetrievalTask& task,
                                        std::size_t begin, std::size_t end, AtomicFile* matrix = nullptr,
                                        std::span<NearestModels> nearest = {}) {
   const std::size_t n = task.rows();
   std::vector<QueryScores> queries(end - begin);
   if (begin == end) return queries;
+  std::vector<float> ranked;
   visit_distances(base.base, begin, end, [&](std::size_t first, std::span<const float> distances) {
+    ranked.assign(distances.begin(), distances.end());
     parallel_tasks(distances.size() / n, [&](std::size_t q) {
       const std::size_t query = first + q;
+      const std::span<float> of_query = std::span(ranked).subspan(q * n, n);
+      rank_row(base.ranking, query, of_query);
       if (!task.scores(query)) return;
-      queries[query - begin] = score_query(task, query, distances.subspan(q * n, n));
-      if (!nearest.empty()) nearest[query] = nearest_models(task, query, distances.subspan(q * n, n));
+      queries[query - begin] = score_query(task, query, of_query);
+      if (!nearest.empty()) nearest[query] = nearest_models(task, query, of_query);
     });
-    if (matrix != nullptr) matrix->append(std::as_bytes(distances));
+    if (matrix != nullptr) matrix->append(std::as_bytes(std::span<const float>(ranked)));
   });
   return queries;
 }
@@ -184,6 +189,7 @@ void print_json(const EvaluateOptions& options, const RetrievalBase& base, const
                json.member("store", options.store);
                json.member("descriptor", joined(base.terms));
                json.member("distance", options.distance);
+               json.member("rank", rank_word(base.ranking));
                json.member("psb_compat", options.psb_compat);
                json.member("rules", rules_text(options.psb_compat));
                json.member("models", std::uint64_t{base.rows.size()});
@@ -258,6 +264,7 @@ void add_descriptors(const EvaluateOptions& options, const StoreReader& store, c
       const RetrievalBase base = load_labeled_base(store,
                                                    {.descriptor = schema.name,
                                                     .distance = value_of(distance_words, distance),
+                                                    .rank = parse_rank(options.rank),
                                                     .memory = parse_bytes(options.memory)},
                                                    options.classes);
       const RetrievalTask task = labeled_task(base, options.psb_compat);
@@ -274,9 +281,9 @@ void write_html(const EvaluateOptions& options, const Laboratory& laboratory, co
   EvaluationPage page;
   page.title = "Retrieval: " + std::filesystem::path(options.store).filename().string();
   page.rules = rules_text(options.psb_compat);
-  page.notes.push_back(fmt::format("{} models, {} queries of {} classes; descriptor {}, distance {}.",
+  page.notes.push_back(fmt::format("{} models, {} queries of {} classes; descriptor {}, distance {}, {}.",
                                    base.rows.size(), summary.queries, summary.classes, joined(base.terms),
-                                   options.distance));
+                                   options.distance, rank_text(base.ranking)));
   if (const std::string left_out = left_out_text(base); !left_out.empty())
     page.notes.push_back("Left out: " + left_out + ".");
   const std::optional<double> all = read_run_report(options.store).describe_milliseconds;
@@ -312,10 +319,12 @@ int evaluate(const EvaluateOptions& options, const Laboratory* laboratory) {
   check_parts(options);
   check_outputs(options);
   const StoreReader store(options.store, options.check);
-  const RetrievalBase base = load_labeled_base(
-      store,
-      {.descriptor = options.descriptor, .distance = options.kind(), .memory = parse_bytes(options.memory)},
-      options.classes);
+  const RetrievalBase base = load_labeled_base(store,
+                                               {.descriptor = options.descriptor,
+                                                .distance = options.kind(),
+                                                .rank = parse_rank(options.rank),
+                                                .memory = parse_bytes(options.memory)},
+                                               options.classes);
   const RetrievalTask task = labeled_task(base, options.psb_compat);
   if (!options.scores_file.empty()) return write_part(options, base, task);
   const bool draws_confusion = !options.confusion.empty(), makes_page = !options.html.empty();
@@ -344,8 +353,8 @@ int evaluate(const EvaluateOptions& options, const Laboratory* laboratory) {
     print_json(options, base, summary, table);
     return exit_done;
   }
-  fmt::print("{} models, {} queries of {} classes; descriptor {}, distance {}\n", base.rows.size(),
-             summary.queries, summary.classes, joined(base.terms), options.distance);
+  fmt::print("{} models, {} queries of {} classes; descriptor {}, distance {}, {}\n", base.rows.size(),
+             summary.queries, summary.classes, joined(base.terms), options.distance, rank_text(base.ranking));
   const std::string left_out = left_out_text(base);
   if (!left_out.empty()) fmt::print("left out: {}\n", left_out);
   fmt::print("rules: {}\n{}", rules_text(options.psb_compat), text_table(table));

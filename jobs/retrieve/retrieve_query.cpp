@@ -24,9 +24,11 @@
 #include "jobs/rows/described_meshes.h"
 #include "jobs/rows/laboratory.h"
 #include "jobs/rows/planned_run.h"
+#include "jobs/rows/rank_option.h"
 #include "jobs/rows/retrieve_base.h"
 #include "jobs/rows/run_header.h"
 #include "jobs/rows/stored_parameters.h"
+#include "kernels/core/parallel.h"
 #include "kernels/describe/describe_samples.h"
 #include "kernels/mesh/prepare_mesh.h"
 #include "kernels/retrieve/nearest_rows.h"
@@ -205,13 +207,41 @@ void check_picture_size(const QueryOptions& options, std::size_t queries, std::u
                     queries, across - 1, max_pictures));
 }
 
-// Answers all queries by one pass over the store.
+// Answers the queries from a base in memory, whose rows are ranked anew for each.
+void answer_ranked(const RetrievalBase& base, const QueryOptions& options, Asked& asked) {
+  std::vector<std::pair<Answer*, const DescriptorQuery*>> queries;
+  for (Answer& answer : asked.answers)
+    if (answer.status == Status::ok) queries.emplace_back(&answer, &asked.queries[queries.size()]);
+  parallel_tasks(queries.size(), [&](std::size_t q) {
+    auto& [answer, query] = queries[q];
+    std::vector<float> distances(base.base.rows);
+    parallel_blocks(distances.size(), 4096, [&](std::size_t begin, std::size_t end) {
+      descriptor_distances(base.base, *query, begin, std::span(distances).subspan(begin, end - begin));
+    });
+    std::size_t own = NearestSearch::no_row;
+    if (answer->row) {
+      own = static_cast<std::size_t>(std::lower_bound(base.rows.begin(), base.rows.end(), *answer->row) -
+                                     base.rows.begin());
+      rank_row(base.ranking, own, distances);
+    } else {
+      rank_outside(base.ranking, distances);
+    }
+    answer->found = nearest_of(distances, own, options.k);
+    for (NearRow& near : answer->found) near.row = static_cast<std::uint32_t>(base.rows[near.row]);
+  });
+}
+
+// Answers all queries; where they are ranked by distance, by one pass over the store.
 std::vector<Answer> answered(const StoreReader& store, RetrievalBase& base, const QueryOptions& options,
                              std::uint64_t memory) {
   Asked asked;
   ask_items(store, base, options, asked);
   ask_meshes(store, base, options, memory, asked);
   check_picture_size(options, asked.answers.size(), store.rows());
+  if (base.ranking.kind != RankKind::plain) {
+    answer_ranked(base, options, asked);
+    return std::move(asked.answers);
+  }
   const std::uint64_t kept = std::min<std::uint64_t>(options.k, store.rows());
   std::uint64_t held = asked.queries.size() * kept * sizeof(NearRow);
   for (const DescriptorQuery& query : asked.queries)
@@ -257,6 +287,7 @@ void print_json(const QueryOptions& options, const StoreReader& store, const Ret
                if (one) json.member("item", answers.front().query);
                json.member("descriptor", joined(base.terms));
                json.member("distance", options.distance);
+               json.member("rank", rank_word(base.ranking));
                write_left_out(json, base);
                if (!one) {
                  json.key("queries");
@@ -342,8 +373,12 @@ int query(const QueryOptions& options, const Laboratory* laboratory) {
   const DescribedMeshes meshes = meshes_of(store, options, guard);
   guard.check(options.csv, {FileKind::csv}, "--csv");
   guard.check(options.picture, {FileKind::png}, "--picture");
-  RetrievalBase base = load_searched_base(
-      store, {.descriptor = options.descriptor, .distance = options.kind(), .memory = memory});
+  const BaseRequest request{.descriptor = options.descriptor,
+                            .distance = options.kind(),
+                            .rank = parse_rank(options.rank),
+                            .memory = memory};
+  RetrievalBase base = request.rank.kind == RankKind::plain ? load_searched_base(store, request)
+                                                            : load_ranked_base(store, request);
   const std::vector<Answer> answers = answered(store, base, options, memory);
   const Table table = table_of(store, answers);
   if (!options.csv.empty()) replace_file(options.csv, csv_text(table));

@@ -11,6 +11,7 @@
 #include "io/file/read_file.h"
 #include "io/file_kind.h"
 #include "io/run_error.h"
+#include "jobs/rows/rank_option.h"
 
 namespace meander {
 
@@ -95,6 +96,7 @@ ScoreOrigin origin_of_scores(const std::string& store, const RetrievalBase& base
                              bool psb_compat) {
   std::string text = fmt::format("{:08x}\n{}\n{}\n{}\n", stated_checksum(store), joined(base.terms), distance,
                                  rules_text(psb_compat));
+  if (base.ranking.kind != RankKind::plain) text += rank_word(base.ranking) + '\n';
   for (const std::string& name : base.classes) text += name + '\0';
   for (const std::uint64_t row : base.rows) put(text, row);
   for (const std::uint32_t label : base.labels) put(text, label);

@@ -14,7 +14,7 @@
 namespace meander {
 
 // Identifies what the scores depend on: the bytes of the store, the rows that are compared, their classes,
-// descriptors, distance and rules. Scores of different origins are never joined.
+// descriptors, distance, ranking and rules. Scores of different origins are never joined.
 struct ScoreOrigin {
   std::array<std::uint8_t, 32> digest{};
   std::uint64_t queries = 0;  // rows of the base

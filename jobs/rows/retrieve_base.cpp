@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <numeric>
 #include <optional>
 #include <unordered_map>
 #include <unordered_set>
@@ -14,6 +15,7 @@
 #include "jobs/inputs/label_file.h"
 #include "jobs/inputs/store_items.h"
 #include "jobs/rows/descriptor_choice.h"
+#include "jobs/rows/rank_option.h"
 
 namespace meander {
 
@@ -200,9 +202,10 @@ RetrievalBase make_base(const StoreReader& store, const BaseRequest& request,
   }
   require_rows(!result.rows.empty());
   // Distances in blocks and the scores of every row, besides the values.
-  constexpr std::uint64_t distance_bytes = 40 * mebibyte, scores_bytes = 400;
+  constexpr std::uint64_t distance_bytes = 72 * mebibyte, scores_bytes = 400;
   require_memory(program_bytes + distance_bytes + request.held +
                      result.rows.size() * (row_bytes(result.base) + scores_bytes) +
+                     row_ranking_bytes(request.rank, result.rows.size()) +
                      2 * described_block_rows * described_row_bytes(result.terms),
                  request.memory, fmt::format("a comparison of {} models", result.rows.size()));
   find_column_scales(store, rows, result);
@@ -213,6 +216,7 @@ RetrievalBase make_base(const StoreReader& store, const BaseRequest& request,
       if (rows[row] == described_row) set_row(result, result.base, place[row], block, row, scratch);
   });
   if (result.terms.size() > 1) set_descriptor_scales(result.base, scale_pairs(result.rows.size()));
+  result.ranking = make_row_ranking(result.base, request.rank);
   return result;
 }
 
@@ -272,6 +276,7 @@ void add_compare_options(Command& command, CompareOptions& options) {
       .show_default()
       .common()
       .one_of(all_words(distance_words));
+  add_rank_option(command, options.rank);
   command.add_option("--memory", options.memory, "Limit of the memory of the whole process")
       .show_default()
       .bytes();
@@ -389,6 +394,13 @@ RetrievalBase load_labeled_base(const StoreReader& store, const BaseRequest& req
   result.not_in_store = not_in_store;
   result.without_class = store.rows() - rows.size();
   return result;
+}
+
+RetrievalBase load_ranked_base(const StoreReader& store, const BaseRequest& request) {
+  layout_of(store, request);
+  std::vector<std::uint64_t> rows(store.rows());
+  std::iota(rows.begin(), rows.end(), std::uint64_t{0});
+  return make_base(store, request, rows, std::vector<std::uint32_t>(rows.size(), 0));
 }
 
 RetrievalTask labeled_task(const RetrievalBase& base, bool psb_compat) {

@@ -14,12 +14,13 @@
 #include "kernels/retrieve/descriptor_distance.h"
 #include "kernels/retrieve/nearest_rows.h"
 #include "kernels/retrieve/retrieval_scores.h"
+#include "kernels/retrieve/row_ranking.h"
 
 namespace meander {
 
 // What every comparison of models is told.
 struct CompareOptions {
-  std::string store, descriptor, distance = "l1", csv, memory = "4G";
+  std::string store, descriptor, distance = "l1", rank = "plain", csv, memory = "4G";
   bool json = false;
   StoreCheck check = StoreCheck::every_byte;
 
@@ -37,6 +38,7 @@ struct RetrievalBase {
   std::vector<DescriptorTerm> terms;              // as combined
   std::vector<std::vector<ColumnScale>> columns;  // of each; empty for a histogram
   DescriptorBase base;                            // without rows where they are searched in parts
+  RowRanking ranking;                             // of a base in memory
   std::vector<std::uint64_t> rows;                // of the store, in the order of the base
   // Rows left out, each counted once: with no samples at all; with a descriptor that is not finite or that
   // could not be made (see is_described); without a class. not_in_store: models of the .cla that the store
@@ -56,6 +58,7 @@ std::string misfit(const DescriptorSchema& schema, DistanceKind distance);
 struct BaseRequest {
   std::string descriptor;
   DistanceKind distance = DistanceKind::l1;
+  RankParameters rank = {};                       // of a base in memory
   std::uint64_t memory = std::uint64_t{4} << 30;  // bytes, of the whole process
   std::uint64_t held = 0;                         // bytes that are taken besides
   // Rows without one of these are left out, too; their values are not read into the base.
@@ -76,6 +79,9 @@ void search_store(const StoreReader& store, RetrievalBase& base, NearestSearch& 
 // extension, each with or without `m` in front). Throws UsageError also when there are no labels.
 RetrievalBase load_labeled_base(const StoreReader& store, const BaseRequest& request,
                                 const std::string& classification);
+
+// A base in memory of all rows that have the descriptors, of no class.
+RetrievalBase load_ranked_base(const StoreReader& store, const BaseRequest& request);
 
 // The rules of scoring a labeled base. Throws UsageError when no class can be scored.
 RetrievalTask labeled_task(const RetrievalBase& base, bool psb_compat);

@@ -37,16 +37,6 @@ void keep_nearest(std::span<const float> distances, const Number& number, std::s
   }
 }
 
-// The nearest rows; row `query` is left out.
-std::vector<NearRow> pick_nearest(std::span<const float> distances, std::size_t query, std::size_t k) {
-  std::vector<NearRow> heap;
-  heap.reserve(std::min(k, distances.size()));
-  keep_nearest(
-      distances, [](std::size_t i) { return i; }, query, k, heap);
-  std::sort_heap(heap.begin(), heap.end(), nearer);
-  return heap;
-}
-
 // query: the index of a row, or a row outside of the base.
 template <class Query>
 std::vector<float> all_distances(const DescriptorBase& base, const Query& query) {
@@ -59,13 +49,22 @@ std::vector<float> all_distances(const DescriptorBase& base, const Query& query)
 
 }  // namespace
 
+std::vector<NearRow> nearest_of(std::span<const float> distances, std::size_t own, std::size_t k) {
+  std::vector<NearRow> heap;
+  heap.reserve(std::min(k, distances.size()));
+  keep_nearest(
+      distances, [](std::size_t i) { return i; }, own, k, heap);
+  std::sort_heap(heap.begin(), heap.end(), nearer);
+  return heap;
+}
+
 std::vector<NearRow> nearest_rows(const DescriptorBase& base, std::size_t query, std::size_t k) {
   if (query >= base.rows) throw std::invalid_argument("there is no such row in the base");
-  return pick_nearest(all_distances(base, query), query, k);
+  return nearest_of(all_distances(base, query), query, k);
 }
 
 std::vector<NearRow> nearest_rows(const DescriptorBase& base, const DescriptorQuery& query, std::size_t k) {
-  return pick_nearest(all_distances(base, query), no_row, k);
+  return nearest_of(all_distances(base, query), no_row, k);
 }
 
 void NearestSearch::add_query(DescriptorQuery query, std::size_t own) {
@@ -106,7 +105,7 @@ std::vector<NearRow> nearest_rows_of(const DescriptorBase& base, std::size_t beg
   std::vector<NearRow> result((end - begin) * kept);
   visit_distances(base, begin, end, [&](std::size_t first, std::span<const float> distances) {
     parallel_tasks(distances.size() / n, [&](std::size_t q) {
-      const std::vector<NearRow> found = pick_nearest(distances.subspan(q * n, n), first + q, kept);
+      const std::vector<NearRow> found = nearest_of(distances.subspan(q * n, n), first + q, kept);
       std::copy(found.begin(), found.end(),
                 result.begin() + static_cast<std::ptrdiff_t>((first - begin + q) * kept));
     });

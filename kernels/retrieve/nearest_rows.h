@@ -24,6 +24,9 @@ std::vector<NearRow> nearest_rows(const DescriptorBase& base, std::size_t query,
 // The min(k, rows) rows nearest to a row outside of the base, in the same order and at the same cost.
 std::vector<NearRow> nearest_rows(const DescriptorBase& base, const DescriptorQuery& query, std::size_t k);
 
+// The min(k, rows) nearest of rows at these distances, in the same order; row `own` is left out.
+std::vector<NearRow> nearest_of(std::span<const float> distances, std::size_t own, std::size_t k);
+
 // The nearest rows to many queries of a base that comes in parts: each part is searched when it comes, and
 // the k nearest so far of every query are kept. Memory: queries x min(k, rows) of NearRow, and a float for
 // each row of a part and up to 256 queries.

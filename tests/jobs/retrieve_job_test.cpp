@@ -253,6 +253,66 @@ TEST_CASE("retrieve evaluate: combined descriptors, non-finite rows and every di
   CHECK(scores("place+wide") == scores("place"));
 }
 
+TEST_CASE("retrieve --rank: evaluate says what it used, and query lists what evaluate scores") {
+  const ScratchFolder scratch;
+  const std::string store = scratch / "s.h5";
+  Written written;
+  written.rows.clear();
+  for (int i = 0; i < 40; ++i) {  // ants lie dense, bees far apart
+    const std::string id = "m" + std::to_string(100 + i) + ".off";
+    written.rows.push_back(
+        {id, i < 20 ? 0 : 1,
+         i < 20 ? 0.1f * static_cast<float>(i * i % 37) : 3.5f * static_cast<float>(i - 18)});
+  }
+  write_items(store, written);
+  const auto evaluate = [&](const std::string& rank, const std::vector<std::string>& more = {}) {
+    std::vector<std::string> arguments = {"evaluate", store, "--rank", rank};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return retrieve(arguments);
+  };
+  CHECK(evaluate("plain", {"--json"}).out == retrieve({"evaluate", store, "--json"}).out);
+  CHECK(contains(evaluate("scaled").out, "descriptor place, distance l1, rank scaled\n"));
+  CHECK(contains(evaluate("diffusion:4,0.5", {"--json"}).out, R"("rank":"diffusion:4,0.5")"));
+  // 40 rows: log2 - 2.
+  CHECK(contains(evaluate("diffusion").out, "distance l1, rank diffusion:3,0.85 of weight 0.5, "));
+  for (const std::string rank : {"plain", "scaled", "diffusion", "diffusion:5,0.9"}) {
+    INFO(rank);
+    REQUIRE(evaluate(rank, {"--matrix", scratch / "m.bin"}).exit_code == 0);
+    const std::string bytes = read_file(scratch / "m.bin");
+    std::vector<float> row(40);
+    std::memcpy(row.data(), bytes.data() + 4 * 40 * 21, 4 * 40);
+    CHECK(row[21] == 0);
+    std::vector<std::size_t> order;
+    for (std::size_t i = 0; i < 40; ++i)
+      if (i != 21) order.push_back(i);
+    std::stable_sort(order.begin(), order.end(),
+                     [&](std::size_t a, std::size_t b) { return row[a] < row[b]; });
+    REQUIRE(retrieve({"query", store, "m121.off", "-k", "6", "--rank", rank, "--csv", scratch / "q.csv"})
+                .exit_code == 0);
+    for (std::size_t i = 0; i < 6; ++i) {
+      const auto line = csv_line(scratch / "q.csv", std::to_string(i + 1));
+      CHECK(line[1] == std::to_string(order[i]));
+      CHECK(std::stod(line[4]) == Approx(static_cast<double>(row[order[i]])));
+    }
+  }
+  // Parts of an evaluation, and parts of another ranking.
+  for (const std::string part : {"0/2", "1/2"})
+    REQUIRE(evaluate("diffusion", {"--shard", part, "--write-scores", scratch / ("p" + part.substr(0, 1))})
+                .exit_code == 0);
+  const std::vector<std::string> parts = {"--json", "--read-scores", scratch / "p0", scratch / "p1"};
+  CHECK(evaluate("diffusion", parts).out == evaluate("diffusion", {"--json"}).out);
+  CHECK(evaluate("scaled", parts).exit_code == 2);
+  for (const std::string wrong : {"best", "diffusion:", "diffusion:3", "diffusion:0,0.5", "diffusion:65,0.5",
+                                  "diffusion:4,1", "diffusion:4,x", "scaled:3"}) {
+    const ProcessResult refused = evaluate(wrong);
+    CHECK(refused.exit_code == 2);
+    CHECK(contains(refused.err, "--rank: `" + wrong + "` is not plain, scaled, diffusion or"));
+  }
+  const ProcessResult large = evaluate("diffusion", {"--memory", "50M"});
+  CHECK(large.exit_code == 2);
+  CHECK(contains(large.err, "--memory: a comparison of 40 models needs about"));
+}
+
 TEST_CASE("retrieve evaluate: the matrix and the classes of a .cla file, in its order") {
   const ScratchFolder scratch;
   write_items(scratch / "s.h5");

@@ -116,6 +116,15 @@ TEST_CASE("retrieve query: a mesh outside the store, next to items, as a table a
   CHECK(rows[1][3] == "ring/a.off");
   CHECK(rows[2][0] == "other.off");
   CHECK(contains(both.out, R"("queries":[{"query":"round/ball.off","status":"ok","reason":"","results":[)"));
+  for (const char* const rank : {"scaled", "diffusion"}) {  // a mesh joins the ranking for its query
+    const ProcessResult ranked =
+        models.query({"--mesh", models.path("other.off"), "-k", "2", "--rank", rank, "--json"});
+    INFO(ranked.err);
+    REQUIRE(ranked.exit_code == 0);
+    CHECK(contains(ranked.out, R"("rank":"scaled")"));  // four rows have no graph
+    CHECK(contains(ranked.out, R"("ring/a.off")"));
+    CHECK(contains(ranked.out, R"("ring/b.off")"));
+  }
 }
 
 TEST_CASE("retrieve query: invalid queries, and meshes that cannot be described, are refused") {
