@@ -35,7 +35,7 @@ std::vector<std::uint32_t> first_at_position(const PreparedMesh& mesh) {
 
 // A side of a triangle, as the edge between two positions, the lower one first.
 struct Side {
-  std::uint32_t low, high, triangle;
+  std::uint32_t low, high, half_edge;
   std::int32_t direction;  // 1: from low to high
 };
 
@@ -45,11 +45,11 @@ std::vector<Side> sorted_sides(const PreparedMesh& mesh, std::span<const std::ui
   reserve_large(sides, mesh.triangles.size());
   for (std::uint32_t h = 0; h < mesh.triangles.size(); ++h) {
     const std::uint32_t a = first[mesh.triangles[h]], b = first[mesh.triangles[next_half_edge(h)]];
-    if (a != b) sides.push_back({std::min(a, b), std::max(a, b), h / 3, a < b ? 1 : -1});
+    if (a != b) sides.push_back({std::min(a, b), std::max(a, b), h, a < b ? 1 : -1});
   }
   std::sort(sides.begin(), sides.end(), [](const Side& s, const Side& t) {
     if (s.low != t.low) return s.low < t.low;
-    return s.high != t.high ? s.high < t.high : s.triangle < t.triangle;
+    return s.high != t.high ? s.high < t.high : s.half_edge < t.half_edge;
   });
   return sides;
 }
@@ -69,7 +69,7 @@ void for_each_edge(std::span<const Side> sides, std::span<const std::uint32_t> c
                    const Visit& visit) {
   for (std::size_t begin = 0, end = 0; begin < sides.size(); begin = end) {
     for (; end < sides.size() && sides[end].low == sides[begin].low && sides[end].high == sides[begin].high &&
-           (!by_component || component[sides[end].triangle] == component[sides[begin].triangle]);
+           (!by_component || component[sides[end].half_edge / 3] == component[sides[begin].half_edge / 3]);
          ++end) {
     }
     visit(begin, end);
@@ -256,7 +256,7 @@ OrientedSurface orient_outward(const PreparedMesh& mesh) {
   for_each_edge(sides, component_of, true, [&](std::size_t begin, std::size_t end) {
     int sum = 0;
     for (std::size_t s = begin; s < end; ++s) sum += sides[s].direction;
-    if (sum != 0) out.closed[component_of[sides[begin].triangle]] = 0;
+    if (sum != 0) out.closed[component_of[sides[begin].half_edge / 3]] = 0;
   });
   Nesting(mesh, out).turn();
   const Vector3 middle = middle_of_area(mesh);
@@ -267,17 +267,29 @@ OrientedSurface orient_outward(const PreparedMesh& mesh) {
               std::uint8_t{1});
   }
   std::vector<std::uint8_t> at_boundary(mesh.vertex_count(), 0);  // by the first at a position
-  for_each_edge(sides, component_of, false, [&](std::size_t begin, std::size_t end) {
+  const auto passes = [&](std::size_t begin, std::size_t end) {
     int sum = 0;
     for (std::size_t s = begin; s < end; ++s)
-      sum += out.flipped[sides[s].triangle] != 0 ? -sides[s].direction : sides[s].direction;
+      sum += out.flipped[sides[s].half_edge / 3] != 0 ? -sides[s].direction : sides[s].direction;
+    return sum;
+  };
+  std::size_t open = 0;
+  for_each_edge(sides, component_of, false,
+                [&](std::size_t begin, std::size_t end) { open += passes(begin, end) != 0; });
+  out.boundary.reserve(7 * open);
+  for_each_edge(sides, component_of, false, [&](std::size_t begin, std::size_t end) {
+    const int sum = passes(begin, end);
     if (sum == 0) return;
     out.open_edges += static_cast<std::uint32_t>(std::abs(sum));
-    for (std::size_t s = begin; s < end; ++s) out.open_sides[sides[s].triangle] = 1;
+    for (std::size_t s = begin; s < end; ++s)
+      out.open_sides[sides[s].half_edge / 3] |= std::uint8_t(1u << sides[s].half_edge % 3);
+    const Vector3 low = mesh.position(sides[begin].low), high = mesh.position(sides[begin].high);
+    out.boundary.insert(out.boundary.end(),
+                        {low.x, low.y, low.z, high.x, high.y, high.z, static_cast<double>(sum)});
     at_boundary[sides[begin].low] = at_boundary[sides[begin].high] = 1;
   });
   for (std::size_t h = 0; h < mesh.triangles.size() && out.open_edges > 0; ++h)
-    if (at_boundary[first[mesh.triangles[h]]] != 0) out.open_sides[h / 3] |= std::uint8_t(2u << h % 3);
+    if (at_boundary[first[mesh.triangles[h]]] != 0) out.open_sides[h / 3] |= std::uint8_t(8u << h % 3);
   return out;
 }
 

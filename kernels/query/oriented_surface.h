@@ -17,10 +17,12 @@ struct OrientedSurface {
   std::vector<std::uint8_t> flipped;  // T: 1 where the triangle is to be turned over
   std::vector<std::uint8_t> closed;   // by component: its triangles pass every edge as often one way as the
                                       // other
-  // T: bit 0 for an open edge, which all triangles, once turned, pass more often one way than the other; bits
-  // 1 to 3 for corners at the ends of open edges of any triangle.
+  // T: bits 0 to 2 for open edges, from the corners 0, 1 and 2 on, which all triangles, once turned, pass
+  // more often one way than the other; bits 3 to 5 for the corners at the ends of open edges of any triangle.
   std::vector<std::uint8_t> open_sides;
   std::uint32_t open_edges = 0;  // how often more, in all
+  std::vector<double> boundary;  // seven numbers for each open edge: ends, and how often more towards the
+                                 // second
   bool nested = true;            // false where it is not known which of too many components lie in which
   bool all_closed() const { return open_edges == 0; }
 };
@@ -42,8 +44,9 @@ OrientedSurface orient_outward(const PreparedMesh& mesh);
 
 // Upper bound of the bytes that it takes beside the mesh.
 constexpr double orient_outward_bytes(double triangles) {
-  // Sides of edges, positions, boxes of components, and the result; trees of components in which others lie.
-  constexpr double bytes_per_triangle = 160, least = 32768;
+  // Sides of edges, positions, boxes of components, and the result, of which the boundary has up to three
+  // edges a triangle; trees of components in which others lie.
+  constexpr double bytes_per_triangle = 330, least = 32768;
   return least + triangles * bytes_per_triangle + triangle_tree_bytes(triangles) +
          winding_tree_bytes(triangles);
 }

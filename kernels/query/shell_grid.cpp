@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <stdexcept>
 
 #include "kernels/query/segment_crossings.h"
@@ -126,6 +127,25 @@ void flood(ShellGrid& grid) {
   }
 }
 
+using Cell = std::array<std::ptrdiff_t, 3>;
+
+// The cell of a point; none beside the grid.
+std::optional<Cell> cell_of(const ShellGrid& grid, Vector3 point) {
+  const std::array<double, 3> from_low = axes_of(point - grid.low);
+  Cell cell{};
+  for (std::size_t k = 0; k < 3; ++k) {
+    const double place = std::floor(from_low[k] / grid.cell);
+    if (!(place >= 0 && place < static_cast<double>(grid.count[k]))) return std::nullopt;
+    cell[k] = static_cast<std::ptrdiff_t>(place);
+  }
+  return cell;
+}
+
+std::size_t number_of(const ShellGrid& grid, const Cell& at) {
+  return (static_cast<std::size_t>(at[2]) * grid.count[1] + static_cast<std::size_t>(at[1])) * grid.count[0] +
+         static_cast<std::size_t>(at[0]);
+}
+
 }  // namespace
 
 ShellGrid build_shell_grid(const TriangleTree& tree, std::size_t max_cells) {
@@ -144,20 +164,15 @@ ShellGrid build_shell_grid(const TriangleTree& tree, std::size_t max_cells) {
   return grid;
 }
 
+bool is_surface_cell(const ShellGrid& grid, Vector3 point) {
+  const std::optional<Cell> own = cell_of(grid, point);
+  return own && grid.kind[number_of(grid, *own)] == ShellCell::surface;
+}
+
 ShellSide shell_side(const ShellGrid& grid, const TriangleTree& tree, Vector3 point) {
-  const std::array<double, 3> from_low = axes_of(point - grid.low);
-  std::array<std::ptrdiff_t, 3> own{};
-  for (std::size_t k = 0; k < 3; ++k) {
-    const double place = std::floor(from_low[k] / grid.cell);
-    if (!(place >= 0 && place < static_cast<double>(grid.count[k]))) return {false, true};
-    own[k] = static_cast<std::ptrdiff_t>(place);
-  }
-  const auto number = [&](const std::array<std::ptrdiff_t, 3>& at) {
-    return (static_cast<std::size_t>(at[2]) * grid.count[1] + static_cast<std::size_t>(at[1])) *
-               grid.count[0] +
-           static_cast<std::size_t>(at[0]);
-  };
-  if (const ShellCell kind = grid.kind[number(own)]; kind != ShellCell::surface)
+  const std::optional<Cell> own = cell_of(grid, point);
+  if (!own) return {false, true};
+  if (const ShellCell kind = grid.kind[number_of(grid, *own)]; kind != ShellCell::surface)
     return {kind == ShellCell::enclosed, true};
   bool outside = false, enclosed = false;
   for (std::ptrdiff_t ring = 1; ring <= 2 && !(outside || enclosed); ++ring)
@@ -165,12 +180,12 @@ ShellSide shell_side(const ShellGrid& grid, const TriangleTree& tree, Vector3 po
       for (std::ptrdiff_t dy = -ring; dy <= ring; ++dy)
         for (std::ptrdiff_t dx = -ring; dx <= ring; ++dx) {
           if (std::max({std::abs(dx), std::abs(dy), std::abs(dz)}) != ring) continue;
-          const std::array<std::ptrdiff_t, 3> at{own[0] + dx, own[1] + dy, own[2] + dz};
+          const Cell at{(*own)[0] + dx, (*own)[1] + dy, (*own)[2] + dz};
           bool there = true;
           for (std::size_t k = 0; k < 3; ++k)
             there = there && at[k] >= 0 && at[k] < static_cast<std::ptrdiff_t>(grid.count[k]);
           if (!there) continue;
-          const ShellCell kind = grid.kind[number(at)];
+          const ShellCell kind = grid.kind[number_of(grid, at)];
           if (kind == ShellCell::surface || (kind == ShellCell::outside ? outside : enclosed)) continue;
           const Vector3 middle = grid.low + grid.cell * Vector3{static_cast<double>(at[0]) + 0.5,
                                                                 static_cast<double>(at[1]) + 0.5,

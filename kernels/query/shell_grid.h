@@ -36,6 +36,9 @@ constexpr double shell_grid_bytes(std::size_t max_cells = shell_cells) {
   return 13 * side * side * side;
 }
 
+// Whether a point lies in a cell of the surface.
+bool is_surface_cell(const ShellGrid& grid, Vector3 point);
+
 struct ShellSide {
   bool inside = false, certain = false;
 };

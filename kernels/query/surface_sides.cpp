@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "kernels/core/parallel.h"
+#include "kernels/query/boundary_field.h"
 #include "kernels/query/lanes.h"
 #include "kernels/query/segment_crossings.h"
 #include "kernels/query/shell_grid.h"
@@ -15,12 +16,20 @@ namespace meander {
 namespace {
 
 constexpr std::size_t side_block = 512, area_places = 512;
-// Bounds of the errors of winding numbers. What the second errs by is 500 times less on real models; all that
-// comes near a threshold is looked at with the first.
-constexpr double strict_bound = 0.02, usual_bound = 10, near_threshold = 0.15;
+// Bounds of the errors of winding numbers: near the threshold, and of all others, for which the one of the
+// expansion is usual_bound. On real models they err by 500 times less than that.
+constexpr double strict_bound = 0.02, usual_bound = 10, usual_error = 0.1;
 constexpr double whole_bound = 0.25;
+// What the gradient may add to errors; beyond largest_error in all, a number is computed anew. Beyond
+// anchor_share of the reach of one anchor the next one is set.
+constexpr double change_bound = 0.5, change_tolerance = 0.02, largest_error = 0.2, anchor_share = 0.7;
 // Working units: closer, the side of a point is beyond double.
 constexpr double on_surface = 1e-13;
+// A side is in doubt where the winding number is within the first of one half, and an open edge is nearer
+// than so many times the distance from the surface.
+constexpr double doubtful_winding = 0.35, doubtful_distance = 2;
+// Weights within this of 0 are those of points on an edge.
+constexpr double on_edge = 1e-12;
 
 Vector3 point_at(std::span<const double> points, std::size_t i) {
   return {points[3 * i], points[3 * i + 1], points[3 * i + 2]};
@@ -28,12 +37,16 @@ Vector3 point_at(std::span<const double> points, std::size_t i) {
 
 double to_whole(double winding) { return std::abs(winding - std::round(winding)); }
 
-// Whether the nearest triangle has an open edge, or the nearest point is the end of one.
+// Whether the nearest point lies on an open edge, or at the end of one.
 bool is_open(const OrientedSurface& oriented, const NearestTriangles& nearest, std::size_t i) {
   const std::uint8_t open = oriented.open_sides[nearest.triangle[i]];
+  if (open == 0) return false;
   const double first = nearest.weights[2 * i], second = nearest.weights[2 * i + 1];
-  const unsigned corner = first == 1 ? 4 : second == 1 ? 8 : first == 0 && second == 0 ? 2 : 0;
-  return (open & (1 | corner)) != 0;
+  // The sides that the point lies on: from corner 0 to 1, 1 to 2 and 2 to 0.
+  const unsigned sides =
+      (second <= 0 ? 1u : 0u) | (1 - first - second <= on_edge ? 2u : 0u) | (first <= 0 ? 4u : 0u);
+  const unsigned corner = sides == 5 ? 1u : sides == 3 ? 2u : sides == 6 ? 4u : 0u;
+  return (open & (sides | corner << 3)) != 0;
 }
 
 struct ClosedWork {
@@ -91,31 +104,149 @@ void tell_closed(const TriangleTree& tree, const OrientedSurface& oriented, std:
   });
 }
 
+// Where the winding number is known, and how it changes around: as far as its radius reaches it is that of
+// the anchor, less the crossings on the way, plus what the gradient says.
+struct Anchor {
+  Vector3 at;
+  double winding = 0, error = 0;
+  WindingChange change;
+  int crossings = 0;  // outward, on the way to the last point
+  bool known = false;
+
+  double winding_at(Vector3 here) const { return winding + dot(change.gradient, here - at) - crossings; }
+  double error_at(Vector3 here) const {
+    const double share = distance(here, at) / change.radius;
+    return error + (share > 0 ? change_tolerance * share * share : 0);
+  }
+};
+
+struct WindingWork {
+  const TriangleTree& tree;
+  const OrientedSurface& oriented;
+  const WindingTree& winding;
+  const BoundaryField& boundary;
+  std::span<const double> points;
+  const NearestTriangles& nearest;
+};
+
+// Follows the way from the point before, whose anchor reaches to the new one.
+bool step_to(const WindingWork& work, std::uint32_t before, std::uint32_t i, Anchor& anchor) {
+  const Vector3 here = point_at(work.points, i);
+  if (!anchor.known || !(distance(here, anchor.at) < anchor.change.radius)) return false;
+  const Vector3 there = point_at(work.points, before);
+  const double step = distance(here, there) * (1 + 1e-9);
+  if (step < work.nearest.distance[before] || step < work.nearest.distance[i]) return true;
+  const SegmentCrossings crossed = segment_crossings(work.tree, work.oriented.flipped, there, here);
+  anchor.crossings += crossed.outward;
+  return crossed.sure;
+}
+
+bool is_near_threshold(double winding, double error) {
+  return std::abs(std::abs(winding) - 0.5) < uncertain_winding + error;
+}
+
+void set_anchor(const WindingWork& work, Vector3 here, double winding, double error, Anchor& anchor) {
+  if (!anchor.known || distance(anchor.at, here) > 0)
+    anchor.change = winding_change(work.boundary, here, change_bound);
+  anchor.at = here;
+  anchor.winding = winding;
+  anchor.error = error;
+  anchor.crossings = 0;
+  anchor.known = true;
+}
+
+// Whether an open edge may have made the side: the nearest point lies on one, or one is about as near and the
+// winding number far from a whole one. Where it is 1 or more all that may be missing adds to an inside.
+bool is_doubtful(const WindingWork& work, std::uint32_t i, double winding) {
+  if (std::abs(winding) < 1 && is_open(work.oriented, work.nearest, i)) return true;
+  return std::abs(std::abs(winding) - 0.5) < doubtful_winding &&
+         winding_change(work.boundary, point_at(work.points, i), change_bound).nearest <
+             doubtful_distance * work.nearest.distance[i];
+}
+
+void walk(const WindingWork& work, std::span<const std::uint32_t> run, PointSides& out) {
+  Anchor anchor;
+  for (std::size_t r = 0; r < run.size(); ++r) {
+    const std::uint32_t i = run[r];
+    const Vector3 here = point_at(work.points, i);
+    if (r == 0 || !step_to(work, run[r - 1], i, anchor))
+      set_anchor(work, here, winding_number(work.winding, here), usual_error, anchor);
+    double winding = anchor.winding_at(here), error = anchor.error_at(here);
+    if (anchor.error > strict_bound && is_near_threshold(winding, error)) {
+      winding = winding_number(work.winding, here, true);
+      error = strict_bound;
+      set_anchor(work, here, winding, error, anchor);
+    } else if (distance(here, anchor.at) > anchor_share * anchor.change.radius && error < largest_error) {
+      set_anchor(work, here, winding, error, anchor);
+    }
+    out.winding[i] = winding;
+    const double beyond = std::abs(winding) - 0.5;
+    out.inside[i] = beyond >= 0;
+    out.certain[i] = work.oriented.nested && std::abs(beyond) >= uncertain_winding &&
+                     work.nearest.distance[i] > on_surface && !is_doubtful(work, i, winding);
+  }
+}
+
 void tell_by_winding(const TriangleTree& tree, const OrientedSurface& oriented,
                      std::span<const double> points, const NearestTriangles& nearest,
                      const CancelToken& cancel, PointSides& out) {
-  {
-    const WindingTree usual = build_winding_tree(tree, oriented.flipped, usual_bound);
-    out.winding = winding_numbers(usual, points, nearest.order, cancel);
-  }
-  std::vector<std::uint32_t> close;
-  std::vector<double> close_points;
-  for (std::size_t i = 0; i < out.winding.size(); ++i)
-    if (std::abs(std::abs(out.winding[i]) - 0.5) < near_threshold) {
-      close.push_back(static_cast<std::uint32_t>(i));
-      close_points.insert(close_points.end(), points.begin() + static_cast<std::ptrdiff_t>(3 * i),
-                          points.begin() + static_cast<std::ptrdiff_t>(3 * i + 3));
+  const WindingTree winding = build_winding_tree(tree, oriented.flipped, usual_bound, strict_bound);
+  const BoundaryField boundary = build_boundary_field(oriented.boundary);
+  const WindingWork work{tree, oriented, winding, boundary, points, nearest};
+  parallel_blocks(nearest.order.size(), side_block, [&](std::size_t begin, std::size_t end) {
+    cancel.check();
+    walk(work, std::span(nearest.order).subspan(begin, end - begin), out);
+  });
+}
+
+// The last point of a run on a side, and the last one there whose side was looked up.
+struct SidePoint {
+  Vector3 at, looked_up;
+  double distance = 0;  // from the surface
+  ShellSide side;
+  bool known = false;
+};
+
+// Whether a point of a cell of the surface can be reached from the last one on a side past all triangles.
+bool reaches(const ShellGrid& grid, const TriangleTree& tree, const SidePoint& from, Vector3 here,
+             double distance_here) {
+  if (!from.known || distance(here, from.looked_up) > grid.cell) return false;
+  const double step = distance(here, from.at) * (1 + 1e-9);
+  if (step < from.distance || step < distance_here) return true;
+  const SegmentCrossings crossed = segment_crossings(tree, {}, from.at, here);
+  return crossed.sure && crossed.count == 0;
+}
+
+// Sides of a run by the grid. Points of cells of the surface have the side of a point no more than a cell
+// away that was looked up, if a way leads there.
+void walk(const ShellGrid& grid, const TriangleTree& tree, std::span<const double> points,
+          const NearestTriangles& nearest, std::span<const std::uint32_t> run, PointSides& out) {
+  std::array<SidePoint, 3> last;  // outside, inside, uncertain
+  std::size_t at = 0;
+  for (const std::uint32_t i : run) {
+    const Vector3 here = point_at(points, i);
+    ShellSide side;
+    if (is_surface_cell(grid, here)) {
+      std::size_t from = at;
+      for (std::size_t k = 0; k < last.size(); ++k) {
+        from = (at + k) % last.size();
+        if (reaches(grid, tree, last[from], here, nearest.distance[i])) break;
+        from = last.size();
+      }
+      if (from == last.size()) {
+        side = shell_side(grid, tree, here);
+        from = !side.certain ? 2 : side.inside ? 1 : 0;
+        last[from] = {here, here, 0, side, true};
+      }
+      at = from;
+      last[at].at = here;
+      last[at].distance = nearest.distance[i];
+      side = last[at].side;
+    } else {
+      side = shell_side(grid, tree, here);
     }
-  if (!close.empty()) {
-    const WindingTree strict = build_winding_tree(tree, oriented.flipped, strict_bound);
-    const std::vector<double> winding = winding_numbers(strict, close_points, cancel);
-    for (std::size_t k = 0; k < close.size(); ++k) out.winding[close[k]] = winding[k];
-  }
-  for (std::size_t i = 0; i < out.winding.size(); ++i) {
-    const double beyond = std::abs(out.winding[i]) - 0.5;
-    out.inside[i] = beyond >= 0;
-    out.certain[i] = oriented.nested && std::abs(beyond) >= uncertain_winding &&
-                     !is_open(oriented, nearest, i) && nearest.distance[i] > on_surface;
+    out.inside[i] = side.inside;
+    out.certain[i] = side.certain && nearest.distance[i] > on_surface;
   }
 }
 
@@ -124,12 +255,7 @@ void tell_by_shell(const TriangleTree& tree, std::span<const double> points, con
   const ShellGrid grid = build_shell_grid(tree);
   parallel_blocks(nearest.order.size(), side_block, [&](std::size_t begin, std::size_t end) {
     cancel.check();
-    for (std::size_t r = begin; r < end; ++r) {
-      const std::uint32_t i = nearest.order[r];
-      const ShellSide side = shell_side(grid, tree, point_at(points, i));
-      out.inside[i] = side.inside;
-      out.certain[i] = side.certain && nearest.distance[i] > on_surface;
-    }
+    walk(grid, tree, points, nearest, std::span(nearest.order).subspan(begin, end - begin), out);
   });
 }
 

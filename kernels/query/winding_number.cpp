@@ -145,6 +145,11 @@ double least_distance(double radius, double share) {
   return low > 0 ? radius / low : std::numeric_limits<double>::infinity();
 }
 
+float squared_from(double radius, double share) {
+  const double from = 1.000001 * least_distance(radius, share);  // rounding of distances included
+  return static_cast<float>(from * from);
+}
+
 class WindingBuilder {
  public:
   WindingBuilder(WindingTree& out, std::span<const std::uint8_t> flipped) : out_(out), tree_(*out.tree) {
@@ -155,8 +160,9 @@ class WindingBuilder {
   // Children come after their parents.
   void build() {
     const double area = fill_leaves();
-    const double share = area > 0 ? 4 * std::numbers::pi * out_.bound / area : 1;
-    for (std::size_t n = tree_.nodes.size(); n > 0; --n) add_node(n - 1, share);
+    const double share = area > 0 ? 4 * std::numbers::pi / area : 1;
+    for (std::size_t n = tree_.nodes.size(); n > 0; --n)
+      add_node(n - 1, out_.bound * share, out_.strict_bound * share);
   }
 
  private:
@@ -207,7 +213,7 @@ class WindingBuilder {
     return {static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z)};
   }
 
-  void add_node(std::size_t number, double share) {
+  void add_node(std::size_t number, double share, double strict_share) {
     const TriangleTree::Node& node = tree_.nodes[number];
     WindingTree::Node& out = out_.nodes[number];
     out = {};
@@ -215,7 +221,7 @@ class WindingBuilder {
     Vector3 moment, middle;
     double children = 0;
     for (std::size_t c = 0; c < TriangleTree::fan; ++c) {
-      out.from[c] = std::numeric_limits<float>::infinity();
+      out.from[c] = out.strictly_from[c] = std::numeric_limits<float>::infinity();
       if (node.child[c] == TriangleTree::no_child) continue;
       const Moments& part = moments_of(node.child[c]);
       all.area += part.area;
@@ -233,9 +239,8 @@ class WindingBuilder {
       for (std::size_t axis = 0; axis < 3; ++axis) out.center[axis][c] = static_cast<float>(center[axis]);
       const std::array<double, WindingTree::terms> term = expansion(part);
       for (std::size_t k = 0; k < term.size(); ++k) out.term[k][c] = static_cast<float>(term[k]);
-      // Rounding of the distance included.
-      const double from = 1.000001 * least_distance(part.radius, share);
-      out.from[c] = static_cast<float>(from * from);
+      out.from[c] = squared_from(part.radius, share);
+      out.strictly_from[c] = squared_from(part.radius, strict_share);
     }
   }
 
@@ -300,7 +305,7 @@ MEANDER_INLINE void add_triangles(const WindingTree::Leaf& leaf, std::size_t fir
   add_angles(sum, lanes::select(flat, lanes::all<Doubles>(1.0), base), volume);
 }
 
-double winding_at(const WindingTree& winding, const double (&point)[3]) {
+double winding_at(const WindingTree& winding, const double (&point)[3], bool strictly) {
   const TriangleTree& tree = *winding.tree;
   const float x = static_cast<float>(point[0]), y = static_cast<float>(point[1]),
               z = static_cast<float>(point[2]);
@@ -317,7 +322,7 @@ double winding_at(const WindingTree& winding, const double (&point)[3]) {
       const Floats dx = lanes::load<Floats>(node.center[0].data()) - x,
                    dy = lanes::load<Floats>(node.center[1].data()) - y,
                    dz = lanes::load<Floats>(node.center[2].data()) - z,
-                   from = lanes::load<Floats>(node.from.data());
+                   from = lanes::load<Floats>((strictly ? node.strictly_from : node.from).data());
       const Floats squared = dx * dx + dy * dy + dz * dz;
       unsigned close = lanes::bits_of(from > squared);
       if (close != 0xFF) {
@@ -369,7 +374,7 @@ void wind_run(const WindingTree& winding, std::span<const double> points, std::s
   for (const std::uint32_t i : run) {
     const double point[3] = {points[3 * std::size_t{i}], points[3 * std::size_t{i} + 1],
                              points[3 * std::size_t{i} + 2]};
-    out[i] = winding_at(winding, point);
+    out[i] = winding_at(winding, point, false);
   }
 }
 }  // namespace
@@ -391,22 +396,24 @@ double exact_winding_number(std::span<const double> x, std::span<const double> y
   return 0.5 * std::numbers::inv_pi * sum;
 }
 
-WindingTree build_winding_tree(const TriangleTree& tree, std::span<const std::uint8_t> flipped,
-                               double bound) {
+WindingTree build_winding_tree(const TriangleTree& tree, std::span<const std::uint8_t> flipped, double bound,
+                               std::optional<double> strict_bound) {
   if (!flipped.empty() && flipped.size() != tree.count())
     throw std::invalid_argument("build_winding_tree: as many bytes as triangles");
-  if (!(bound > 0)) throw std::invalid_argument("build_winding_tree: the bound is above 0");
+  if (!(bound > 0 && strict_bound.value_or(bound) > 0))
+    throw std::invalid_argument("build_winding_tree: the bound is above 0");
   WindingTree winding;
   winding.tree = &tree;
   winding.bound = bound;
+  winding.strict_bound = strict_bound.value_or(bound);
   winding.nodes.resize(tree.nodes.size());
   winding.leaves.resize(tree.leaves.size());
   WindingBuilder(winding, flipped).build();
   return winding;
 }
 
-double winding_number(const WindingTree& winding, Vector3 point) {
-  return winding_at(winding, {point.x, point.y, point.z});
+double winding_number(const WindingTree& winding, Vector3 point, bool strictly) {
+  return winding_at(winding, {point.x, point.y, point.z}, strictly);
 }
 
 std::vector<double> winding_numbers(const WindingTree& winding, std::span<const double> points,

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -22,11 +23,12 @@ double exact_winding_number(std::span<const double> x, std::span<const double> y
 // What the triangles below the nodes of a TriangleTree amount to from afar.
 struct WindingTree {
   static constexpr std::size_t fan = TriangleTree::fan, terms = 19;
-  // Of each child: the middle, from which squared distance on the expansion stands for its triangles, and the
+  // Of each child: the middle, from which squared distance on the expansion stands for its triangles by the
+  // two bounds, and the
   // dipole (3 numbers), quadrupole (6) and octupole (10) around it.
   struct alignas(64) Node {
     std::array<std::array<float, fan>, 3> center;
-    std::array<float, fan> from;
+    std::array<float, fan> from, strictly_from;
     std::array<std::array<float, fan>, terms> term;
   };
   // Corners of the triangles of a leaf; 0 where there is none.
@@ -36,7 +38,7 @@ struct WindingTree {
   const TriangleTree* tree = nullptr;  // must live as long
   std::vector<Node> nodes;             // as those of the tree
   std::vector<Leaf> leaves;
-  double bound = 0;
+  double bound = 0, strict_bound = 0;
 };
 
 // Prepares a tree for winding numbers, after Barill, Dickson, Schmidt, Levin, Jacobson 2018, "Fast winding
@@ -46,8 +48,10 @@ struct WindingTree {
 // of an expansion is that of solid harmonics of degree 4 and more, whose gradients are largest on their axes,
 // so that a node of area a and radius r at the distance R contributes at most a / (4 pi R^2) sum_{k >= 3} (k
 // + 1) (r / R)^k; each node is granted the share of the bound that it has of the area. Rounding to float adds
-// at most 2e-5. About 0.5 us a triangle. The same for every thread count and machine.
-WindingTree build_winding_tree(const TriangleTree& tree, std::span<const std::uint8_t> flipped, double bound);
+// at most 2e-5. strict_bound: that of numbers that are asked for strictly; none: the same. About 0.5 us a
+// triangle. The same for every thread count and machine.
+WindingTree build_winding_tree(const TriangleTree& tree, std::span<const std::uint8_t> flipped, double bound,
+                               std::optional<double> strict_bound = std::nullopt);
 
 // Upper bound of the bytes that it takes beside the tree of triangles, while it is made.
 constexpr double winding_tree_bytes(double triangles) {
@@ -56,8 +60,8 @@ constexpr double winding_tree_bytes(double triangles) {
   return triangles * bytes_per_triangle + least;
 }
 
-// The winding number of one point.
-double winding_number(const WindingTree& winding, Vector3 point);
+// The winding number of one point, by the strict bound if it is asked for.
+double winding_number(const WindingTree& winding, Vector3 point, bool strictly = false);
 
 // Winding numbers of 3 n coordinates in those of the tree, finite (else std::invalid_argument). Parallel; the
 // same for every order of the points and thread count. A search ends, as it takes nodes and

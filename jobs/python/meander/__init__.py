@@ -687,7 +687,7 @@ def signed_distance(vertices, faces=None, points=None, *, sign="auto", check=Tru
 
     Returns SignedDistances. Raises SamplingError for a mesh without area, ValueError where sign="closed" and the surface is not,
     and for points that are not finite. A signal is looked for at the end. Cost: on 25,000 triangles, one core, 1 us a point near
-    the surface and 2 us a point in its box; with the rule "winding" 2 us more; and 1.5 us a triangle.
+    the surface and 2 us a point in its box; and 1.5 us a triangle.
 
         >>> cube = numpy.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)])
         >>> quads = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
