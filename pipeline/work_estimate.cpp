@@ -28,6 +28,10 @@ WorkCosts costs_of(const SampleParameters& parameters) {
     costs.sample += 12e-6;
     costs.cut += 2.8e-6;
   }
+  if (parameters.sharp.samples > 0) {
+    costs.model += 0.3e-6 * parameters.sharp.samples;
+    costs.triangle += 1e-6;
+  }
   // Descriptors of single samples and those of all pairs, on average.
   costs.sample += 1.1e-6 * static_cast<double>(parameters.describe.descriptors.size());
   return costs;

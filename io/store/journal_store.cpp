@@ -51,7 +51,9 @@ class JournalStoreWriter {
     samples_begin_ = head_bytes();
     for (std::size_t d = 0; d < layout_.datasets.size(); ++d) {
       if (layout_.datasets[d].spec.role == Role::descriptor) samples_begin_ += layout_.datasets[d].row_bytes;
-      if (per_sample(layout_.datasets[d].spec)) sample_columns_.push_back(d);
+      if (!per_sample(layout_.datasets[d].spec)) continue;
+      sample_columns_.push_back(d);
+      parts_ = std::max(parts_, layout_.datasets[d].chunk.chunks_per_row);
     }
   }
 
@@ -62,7 +64,7 @@ class JournalStoreWriter {
     // Small columns first, so that they are contiguous at the front of the file; then the samples.
     for_each_part(all, column_chunk_rows, [&](RowRange rows) { write_small_columns(file, rows); });
     for_each_part(all, sample_group_rows(layout_), [&](RowRange rows) {
-      if (layout_.datasets[sample_columns_.front()].chunk.chunks_per_row > 1)
+      if (parts_ > 1)
         write_parts(file, rows);
       else
         write_samples(file, rows);
@@ -373,16 +375,16 @@ class JournalStoreWriter {
   // Rows of many chunks each, as they are in the journal: the first chunk of every column, then the second
   // ones, and so on.
   void write_parts(StoreFileWriter& file, RowRange rows) {
-    const std::uint32_t parts = layout_.datasets[sample_columns_.front()].chunk.chunks_per_row;
     for (std::uint64_t row = rows.begin; row < rows.end; ++row) {
       if (!is_ok(row)) continue;
       taking_apart(row, [&] {
         RecordStream record(*this, row);
         const std::uint32_t names =
             record_.names_bytes(record.take(static_cast<std::size_t>(samples_begin_)));
-        for (std::uint32_t part = 0; part < parts; ++part)
+        for (std::uint32_t part = 0; part < parts_; ++part)
           for (const std::size_t d : sample_columns_)
-            file.write_chunk(d, row, part, record.take_chunk(most_filtered_bytes(layout_.datasets[d])));
+            if (part < layout_.datasets[d].chunk.chunks_per_row)
+              file.write_chunk(d, row, part, record.take_chunk(most_filtered_bytes(layout_.datasets[d])));
         record.take(names);
         record.end();
       });
@@ -450,6 +452,7 @@ class JournalStoreWriter {
   std::span<const RecordPlace> places_;
   std::uint64_t samples_begin_ = 0;  // in the payload of a row that is ok
   std::vector<std::size_t> sample_columns_;
+  std::uint32_t parts_ = 1;  // chunks of a row in the column that has the most
   std::vector<std::byte> records_, buffer_;
   std::vector<std::size_t> record_ends_;
   std::vector<Chunk> chunks_;
@@ -474,11 +477,13 @@ std::uint64_t store_writing_bytes(const StoreHeader& header) {
   // The records of a group, and chunks of descriptors and of samples of several rows, raw and filtered.
   std::uint64_t records = group_rows * (store::record_header_bytes + store::payload_head_bytes(header));
   std::uint64_t descriptors = 0, samples = 0, widest = 0;
+  std::uint32_t parts = 1;
   for (const store::DatasetLayout& dataset : layout.datasets) {
     if (store::per_sample(dataset.spec)) {
       const std::uint64_t bytes = (group_rows + dataset.chunk.rows) * dataset.row_bytes;
       records += bytes;
       widest = std::max(widest, dataset.chunk_bytes);
+      parts = std::max(parts, dataset.chunk.chunks_per_row);
       if (points.chunk.rows > 1) samples = std::max(samples, 2 * bytes);
     } else if (dataset.spec.role == store::Role::descriptor) {
       descriptors =
@@ -488,7 +493,7 @@ std::uint64_t store_writing_bytes(const StoreHeader& header) {
   }
   if (header.columns->has_names()) records += group_rows * most_name_bytes + 2 * store::names_chunk;
   // Rows of many chunks are read by stretches.
-  if (points.chunk.chunks_per_row > 1) records = 2 * std::max<std::uint64_t>(store::payload_stretch, widest);
+  if (parts > 1) records = 2 * std::max<std::uint64_t>(store::payload_stretch, widest);
   return records + descriptors + samples;
 }
 

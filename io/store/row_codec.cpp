@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cstring>
 
 #include "io/store/chunk_codec.h"
@@ -79,31 +80,49 @@ void append_chunk(const DatasetSpec& spec, const ChunkShape& chunk, std::span<co
   std::memcpy(out.data() + length_at, &length, 4);
 }
 
-// Bytes of the samples of a row.
-std::size_t bytes_per_sample(const StoreHeader& header) {
+// Points of a row in a dataset.
+std::size_t points_of(const StoreHeader& header, const DatasetSpec& spec) {
+  return header.columns->points_of(spec.set, header.samples);
+}
+
+// An upper bound of the bytes of the samples of a row, and of the other sets.
+std::size_t most_sample_bytes(const StoreHeader& header) {
   std::size_t bytes = 0;
   for (const DatasetSpec& spec : datasets_of(header.columns))
-    if (spec.role == Role::samples) bytes += value_bytes(spec);
+    if (spec.role == Role::samples) bytes += points_of(header, spec) * value_bytes(spec);
   return bytes;
+}
+
+// Calls visit(spec, chunk, part) for all chunks of the samples of a row in the order of records: the first
+// one of every dataset, then the second ones, and so on.
+template <class Visit>
+void for_each_chunk(const StoreHeader& header, const Visit& visit) {
+  const std::uint64_t rows = header.ids.size();
+  std::array<ChunkShape, point_set_names.size()> chunks;
+  for (std::size_t s = 0; s < chunks.size(); ++s)
+    chunks[s] = set_chunk(header.columns, rows, header.samples, static_cast<PointSet>(s));
+  const std::uint32_t parts = most_chunks_per_row(header.columns, rows, header.samples);
+  for (std::uint32_t part = 0; part < parts; ++part)
+    for (const DatasetSpec& spec : datasets_of(header.columns)) {
+      const ChunkShape& chunk = chunks[static_cast<std::size_t>(spec.set)];
+      if (spec.role == Role::samples && part < chunk.chunks_per_row) visit(spec, chunk, part);
+    }
 }
 
 // spent: the same samples, whose arrays are freed as soon as they are encoded; may be null.
 void append_samples(const StoreHeader& header, const Samples& samples, Samples* spent,
                     std::vector<std::byte>& out) {
-  const ChunkShape chunk = sample_chunk(header.ids.size(), header.samples);
-  for (std::uint32_t part = 0; part < chunk.chunks_per_row; ++part)
-    for (const DatasetSpec& spec : datasets_of(header.columns)) {
-      if (spec.role != Role::samples) continue;
-      const std::span<const std::byte> row = spec.view(samples);
-      if (chunk.rows > 1) {
-        out.insert(out.end(), row.begin(), row.end());
-      } else {
-        const std::size_t chunk_bytes = chunk.samples * value_bytes(spec), begin = part * chunk_bytes;
-        append_chunk(spec, chunk, row.subspan(begin, std::min(chunk_bytes, row.size() - begin)),
-                     header.compression, out);
-      }
-      if (spent != nullptr && part + 1 == chunk.chunks_per_row) spec.free(*spent);
+  for_each_chunk(header, [&](const DatasetSpec& spec, const ChunkShape& chunk, std::uint32_t part) {
+    const std::span<const std::byte> row = spec.view(samples);
+    if (chunk.rows > 1) {
+      out.insert(out.end(), row.begin(), row.end());
+    } else {
+      const std::size_t chunk_bytes = chunk.samples * value_bytes(spec), begin = part * chunk_bytes;
+      append_chunk(spec, chunk, row.subspan(begin, std::min(chunk_bytes, row.size() - begin)),
+                   header.compression, out);
     }
+    if (spent != nullptr && part + 1 == chunk.chunks_per_row) spec.free(*spent);
+  });
 }
 
 void append_descriptors(const StoreHeader& header, const Row& row, std::vector<std::byte>& out) {
@@ -115,10 +134,12 @@ void append_descriptors(const StoreHeader& header, const Row& row, std::vector<s
   }
 }
 
-// Whether all arrays are of that many samples.
-void check_samples(const StoreHeader& header, const Samples& samples, Status status, std::size_t expected) {
+// Whether all arrays are of that many samples; those of other sets, where there are samples, of all points.
+void check_samples(const StoreHeader& header, const Samples& samples, Status status, std::size_t count) {
   for (const DatasetSpec& spec : datasets_of(header.columns)) {
     if (spec.role != Role::samples) continue;
+    const std::size_t expected =
+        spec.set == PointSet::samples || count == 0 ? count : points_of(header, spec);
     const std::size_t bytes = spec.view(samples).size();
     if (bytes != expected * value_bytes(spec))
       throw ItemError(Status::internal,
@@ -166,23 +187,20 @@ void write_record_header(const RecordHeader& facts, std::span<std::byte> record)
 
 Samples decode_samples(const StoreHeader& header, const RecordParts& parts) {
   Samples samples;
-  const ChunkShape chunk = sample_chunk(header.ids.size(), header.samples);
   std::size_t next = 0;
-  for (std::uint32_t part = 0; part < chunk.chunks_per_row; ++part)
-    for (const DatasetSpec& spec : datasets_of(header.columns)) {
-      if (spec.role != Role::samples) continue;
-      const std::size_t elements = header.samples * std::max<std::size_t>(spec.width, 1);
-      const std::span<std::byte> room = spec.room(samples, elements);
-      if (chunk.rows > 1) {
-        std::memcpy(room.data(), parts.samples[next++].data(), room.size());
-        continue;
-      }
-      std::vector<std::byte> bytes(chunk.samples * value_bytes(spec));
-      if (!unfilter(parts.samples[next++], element_size(spec.type), header.compression, bytes))
-        throw ItemError(Status::internal, fmt::format("chunk {} of {} cannot be decoded", part, spec.path));
-      const std::size_t begin = part * bytes.size();
-      std::memcpy(room.data() + begin, bytes.data(), std::min(bytes.size(), room.size() - begin));
+  for_each_chunk(header, [&](const DatasetSpec& spec, const ChunkShape& chunk, std::uint32_t part) {
+    const std::size_t elements = points_of(header, spec) * std::max<std::size_t>(spec.width, 1);
+    const std::span<std::byte> room = spec.room(samples, elements);
+    if (chunk.rows > 1) {
+      std::memcpy(room.data(), parts.samples[next++].data(), room.size());
+      return;
     }
+    std::vector<std::byte> bytes(chunk.samples * value_bytes(spec));
+    if (!unfilter(parts.samples[next++], element_size(spec.type), header.compression, bytes))
+      throw ItemError(Status::internal, fmt::format("chunk {} of {} cannot be decoded", part, spec.path));
+    const std::size_t begin = part * bytes.size();
+    std::memcpy(room.data() + begin, bytes.data(), std::min(bytes.size(), room.size() - begin));
+  });
   return samples;
 }
 
@@ -207,12 +225,10 @@ RecordParts split_record(const StoreHeader& header, std::span<const std::byte> p
   Cursor cursor(payload);
   RecordParts parts = take_head(header, cursor);
   if (parts.status == Status::ok) {
-    const ChunkShape chunk = sample_chunk(header.ids.size(), header.samples);
-    for (std::uint32_t part = 0; part < chunk.chunks_per_row; ++part)
-      for (const DatasetSpec& spec : datasets_of(header.columns))
-        if (spec.role == Role::samples)
-          parts.samples.push_back(cursor.take(chunk.rows > 1 ? header.samples * value_bytes(spec)
-                                                             : std::size_t{cursor.take_length()}));
+    for_each_chunk(header, [&](const DatasetSpec& spec, const ChunkShape& chunk, std::uint32_t) {
+      parts.samples.push_back(cursor.take(chunk.rows > 1 ? points_of(header, spec) * value_bytes(spec)
+                                                         : std::size_t{cursor.take_length()}));
+    });
     const auto names = cursor.take(item_record(header.columns).names_bytes(parts.items));
     parts.names = {reinterpret_cast<const char*>(names.data()), names.size()};
   }
@@ -268,7 +284,7 @@ EncodedRow encode(const StoreHeader& header, std::uint64_t row_number, const Row
   std::vector<std::byte>& out = encoded.bytes;
   // Filtered chunks are hardly larger.
   out.reserve(record_header_bytes + payload_head_bytes(header) +
-              (ok ? header.samples * (bytes_per_sample(header) + 2) + 1024 + names.size() : 0));
+              (ok ? most_sample_bytes(header) + 2 * header.samples + 1024 + names.size() : 0));
   append_head(header, report, out);
   if (ok) {
     append_descriptors(header, row, out);
@@ -292,7 +308,8 @@ RecordInParts::RecordInParts(const StoreHeader& header, std::uint64_t row, const
       chunk_(sample_chunk(header.ids.size(), header.samples)) {
   report_.names_bytes = static_cast<std::uint32_t>(names_.size());
   check_row(header, row);
-  if (chunk_.rows > 1 || !header.descriptors.empty() || report.status != Status::ok)
+  if (chunk_.rows > 1 || !header.descriptors.empty() || header.columns->has_sets() ||
+      report.status != Status::ok)
     throw ItemError(Status::internal, fmt::format("row {} cannot be encoded in parts", row));
 }
 
@@ -304,7 +321,7 @@ RecordInParts::Part RecordInParts::encode(std::uint32_t part, const Samples& sam
   const std::size_t count = end_of(part) - begin_of(part);
   check_samples(header_, samples, report_.status, count);
   Part made;
-  made.bytes.reserve(chunk_.samples * (bytes_per_sample(header_) + 2) + 1024);
+  made.bytes.reserve(chunk_.samples * (sample_bytes(header_.columns) + 2) + 1024);
   for (const DatasetSpec& spec : datasets_of(header_.columns))
     if (spec.role == Role::samples)
       append_chunk(spec, chunk_, spec.view(samples), header_.compression, made.bytes);

@@ -118,6 +118,9 @@ void check_item_ranges(const ItemReport& report, RowKind rows, bool topology, co
   for (const double loc : report.loc)
     if (!std::isfinite(loc)) complain(wrong("loc", loc, "finite"));
   check_box(report.bbox, complain);
+  if (!(report.sharp_length >= 0) || !std::isfinite(report.sharp_length) ||
+      (report.sharp_length > 0 && report.sharp_edges == 0))
+    complain(wrong("sharp_length", report.sharp_length, "0 or more, and 0 without sharp edges"));
   if (!within(report.overlap, 0, 1)) complain(wrong("overlap", report.overlap, "within [0, 1]"));
   positive("area_scale_range", report.area_scale_range);
   positive("distortion", report.distortion);
@@ -146,12 +149,17 @@ void check_class_ranges(const DatasetSpec& spec, std::span<const std::int32_t> v
 void check_sample_ranges(const DatasetSpec& spec, std::span<const float> values, const ItemReport& report,
                          RowKind rows, const Complain& complain) {
   if (spec.lacks_bit) return check_chosen(values, spec, report, complain);
+  const Values rule = spec.column == nullptr ? Values::any : spec.column->values;
+  if ((rule == Values::sharp_points || rule == Values::sharp_vectors) && report.sharp_edges == 0 &&
+      std::all_of(values.begin(), values.end(), [](float value) { return std::isnan(value); }))
+    return;
   for (const float value : values)
     if (!std::isfinite(value))
       return complain(fmt::format("has a value in {} that is not finite", spec.path));
   constexpr double largest = std::numeric_limits<double>::max();
-  switch (spec.column == nullptr ? Values::any : spec.column->values) {
+  switch (rule) {
     case Values::at_box:
+    case Values::sharp_points:
       return check_at_box(values, report, complain);
     case Values::weights:
       return check_weights(values, spec, complain);
@@ -162,6 +170,8 @@ void check_sample_ranges(const DatasetSpec& spec, std::span<const float> values,
     case Values::positive:
       return check_each(values, std::numeric_limits<float>::denorm_min(), largest, spec, "positive",
                         complain);
+    case Values::sharp_vectors:
+      return check_unit_vectors(values, spec, complain);
     case Values::unit_vectors:
       // A parametric surface has no normal where its parametrisation degenerates.
       if (rows != RowKind::surfaces) check_unit_vectors(values, spec, complain);

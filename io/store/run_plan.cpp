@@ -126,6 +126,7 @@ class PlanReader {
         (*set)[c] = true;
       }
   }
+  bool at_end() const { return text_.empty(); }
   void end() const {
     if (!text_.empty()) damaged();
   }
@@ -216,6 +217,9 @@ std::string plan_text(const RunPlan& run) {
   exchange(plan, run, *run.header.columns);
   for (const std::int32_t label : run.header.labels) plan.number(label);
   for (std::uint64_t row = 0; row < run.header.ids.size(); ++row) plan.choice(run.header.split(row));
+  // Plans of rows without further sets end here, as they did before there were any.
+  if (run.header.columns->has_sets())
+    for (const std::uint32_t count : run.header.columns->counts) plan.number(count);
   return plan.take();
 }
 
@@ -236,17 +240,19 @@ StoredPlan parse_plan(std::string_view text, bool is_earlier, const fs::path& pa
   if (!is_planned(stored.format_version)) return stored;  // the rest may be laid out otherwise
   StoreColumns columns;
   exchange(plan, stored.run, columns);
+  header.labels.resize(header.ids.size());
+  for (std::int32_t& label : header.labels) plan.number(label);
+  header.splits.resize(header.ids.size());
+  for (Split& split : header.splits) plan.choice(split);
+  if (!plan.at_end())
+    for (std::uint32_t& count : columns.counts) plan.number(count);
+  plan.end();
   if (columns.rows == RowKind::surfaces && (columns.tensors || columns.asked[&Samples::rgb])) plan.damaged();
   try {
     header.columns = StoredColumns(std::move(columns));
   } catch (const ItemError&) {
     plan.damaged();
   }
-  header.labels.resize(header.ids.size());
-  for (std::int32_t& label : header.labels) plan.number(label);
-  header.splits.resize(header.ids.size());
-  for (Split& split : header.splits) plan.choice(split);
-  plan.end();
   return stored;
 }
 

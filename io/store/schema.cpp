@@ -100,6 +100,7 @@ DatasetSpec dataset_of(const StoreColumns& columns, std::size_t number) {
   spec.doc = column.doc;
   if (!column.link.empty()) spec.link = "/" + std::string(column.link);
   spec.column = &column;
+  spec.set = column.set;
   spec.lacks_bit = columns.lacks_bit(number);
   return spec;
 }
@@ -163,7 +164,9 @@ bool is_any_attribute(const DatasetSpec& spec) {
 std::string shape_text(const DatasetSpec& spec) {
   if (spec.type == ElementType::text) return "(M)";
   if (is_any_attribute(spec)) return "(M, N) or (M, N, W)";
-  return per_sample(spec) ? (spec.width > 0 ? fmt::format("(M, N, {})", spec.width) : "(M, N)")
+  const char* const points = spec.set == PointSet::sharp ? "S" : "N";
+  return per_sample(spec) ? (spec.width > 0 ? fmt::format("(M, {}, {})", points, spec.width)
+                                            : fmt::format("(M, {})", points))
                           : (spec.width > 0 ? fmt::format("(M, {})", spec.width) : "(M)");
 }
 
@@ -245,7 +248,7 @@ std::uint32_t ItemRecord::names_bytes(std::span<const std::byte> items) const {
 std::uint64_t sample_bytes(const StoredColumns& columns) {
   std::uint64_t bytes = 0;
   for (const DatasetSpec& spec : datasets_of(columns))
-    if (spec.role == Role::samples) bytes += value_bytes(spec);
+    if (spec.role == Role::samples && spec.set == PointSet::samples) bytes += value_bytes(spec);
   return bytes;
 }
 
@@ -329,6 +332,20 @@ ChunkShape sample_chunk(std::uint64_t rows, std::uint32_t samples) {
   return shape;
 }
 
+ChunkShape set_chunk(const StoredColumns& columns, std::uint64_t rows, std::uint32_t samples, PointSet set) {
+  std::uint32_t most = samples;
+  for (const std::uint32_t count : columns->counts) most = std::max(most, count);
+  ChunkShape shape = sample_chunk(rows, columns->points_of(set, samples));
+  shape.rows = sample_chunk(rows, most).rows;
+  return shape;
+}
+
+std::uint32_t most_chunks_per_row(const StoredColumns& columns, std::uint64_t rows, std::uint32_t samples) {
+  std::uint32_t most = samples;
+  for (const std::uint32_t count : columns->counts) most = std::max(most, count);
+  return sample_chunk(rows, most).chunks_per_row;
+}
+
 ChunkShape descriptor_chunk(std::uint64_t rows, std::uint32_t width) {
   constexpr std::uint64_t largest_chunk = std::uint64_t{1} << 20;
   std::uint64_t chunk_rows = sample_chunk_rows;
@@ -369,8 +386,9 @@ StoreLayout make_layout(const StoredColumns& columns, std::uint64_t rows, std::u
     DatasetLayout dataset;
     dataset.spec = spec;
     dataset.element_bytes = element_size(spec.type);
-    dataset.row_bytes = value_bytes(spec) * (per_sample(spec) ? samples : 1);
-    dataset.chunk = per_sample(spec) ? sample_chunk(rows, samples)
+    if (per_sample(spec)) dataset.points = columns->points_of(spec.set, samples);
+    dataset.row_bytes = value_bytes(spec) * (per_sample(spec) ? dataset.points : 1);
+    dataset.chunk = per_sample(spec) ? set_chunk(columns, rows, samples, spec.set)
                     : spec.role == Role::descriptor
                         ? descriptor_chunk(rows, spec.width)
                         : ChunkShape{std::clamp<std::uint64_t>(rows, 1, column_chunk_rows), 0, 1};
@@ -419,6 +437,7 @@ std::string layout_markdown() {
   StoreColumns all{.tensors = true};
   for (std::size_t c = 0; c < sample_columns.size(); ++c) all.asked[c] = sample_columns[c].is_asked_for();
   all.attributes = {{"<name>", 1}, {"object", 1, AttributeKind::classes}};
+  all.counts.fill(1);
   const StoredColumns columns(std::move(all));
   for (const DatasetSpec& spec : datasets_of(columns)) {
     if (spec.path != "/attributes/object") add(spec, shape_text(spec));

@@ -40,6 +40,7 @@ struct DatasetSpec {
   std::optional<std::uint32_t> lacks_bit = {};  // of ItemReport::lacks; none: every ok row has all values
   const ItemColumn* item = nullptr;             // role item
   std::uint32_t since = 1;                      // the first format version that has the dataset
+  PointSet set = PointSet::samples;             // role samples: whose points
 
   // The dataset as stores of this format version name it.
   std::string path_in(std::uint32_t version) const;
@@ -130,6 +131,12 @@ inline constexpr std::uint64_t sample_chunk_rows = 256;
 // r rows, the smallest power of two <= 256 with r N 12 bytes >= 16 KiB, at most M; cut along N into equal
 // parts of at most 65536 samples when N 12 bytes > 1 MiB.
 ChunkShape sample_chunk(std::uint64_t rows, std::uint32_t samples);
+// The chunks of one of the sets of points of a store with so many samples. Those of all sets hold equally
+// many rows, as many as those of the largest set.
+ChunkShape set_chunk(const StoredColumns& columns, std::uint64_t rows, std::uint32_t samples, PointSet set);
+// The number of chunks of a row of the set that has the most.
+std::uint32_t most_chunks_per_row(const StoredColumns& columns, std::uint64_t rows, std::uint32_t samples);
+
 // The largest power of two <= 256 of rows with at most 1 MiB, at most M.
 ChunkShape descriptor_chunk(std::uint64_t rows, std::uint32_t width);
 
@@ -137,6 +144,7 @@ ChunkShape descriptor_chunk(std::uint64_t rows, std::uint32_t width);
 struct DatasetLayout {
   DatasetSpec spec;
   std::uint32_t text_width = 0;  // role id and reason
+  std::uint32_t points = 0;      // role samples: of a row
   std::uint64_t row_bytes = 0;
   std::uint64_t element_bytes = 0;  // of the HDF5 type
   ChunkShape chunk;

@@ -21,6 +21,8 @@ bool StoreColumns::applies(std::size_t column) const {
     case Having::taken:
     case Having::made:
       return asked[column];
+    case Having::set:
+      return points_of(sample_columns[column].set, 0) > 0;
   }
   return false;
 }
@@ -35,6 +37,8 @@ bool StoreColumns::has(const ItemColumn& column) const {
       return chosen_count() > 0;
     case ItemHaving::names:
       return has_names();
+    case ItemHaving::sharp:
+      return points_of(PointSet::sharp, 0) > 0;
   }
   return false;
 }
@@ -42,7 +46,7 @@ bool StoreColumns::has(const ItemColumn& column) const {
 bool StoreColumns::are_chosen() const {
   ColumnSet chosen = asked;
   chosen[&Samples::rgb] = false;  // the root attribute `content` names colors
-  return !chosen.empty() || !left_out.empty() || !attributes.empty();
+  return !chosen.empty() || !left_out.empty() || !attributes.empty() || has_sets();
 }
 
 std::size_t StoreColumns::chosen_count() const {
@@ -78,7 +82,7 @@ std::string StoreColumns::chosen_text(std::size_t bit) const {
 
 std::string StoreColumns::why_without(std::size_t column) const {
   const SampleColumn& of = sample_columns.at(column);
-  if (of.is_asked_for()) return fmt::format("it was made without --{}", of.option);
+  if (!of.option.empty()) return fmt::format("it was made without --{}", of.option);
   if (rows == RowKind::surfaces) return "its models are parametric surfaces";
   return of.having == Having::surfaces ? "its models are meshes" : "its samples are not anisotropic";
 }

@@ -27,6 +27,7 @@ struct StoreColumns {
   ColumnSet asked = {};                          // of those that have an option
   ColumnSet left_out = {};                       // not stored
   std::vector<AttributeColumn> attributes = {};  // ascending by name
+  SetCounts counts = {};                         // of the sets beside the samples; 0: rows have none
 
   // Whether samples of this kind have such a column, and whether it is stored.
   bool applies(std::size_t column) const;
@@ -36,6 +37,11 @@ struct StoreColumns {
     return has(column_of(array));
   }
   bool has(const ItemColumn& column) const;
+  // How many points of the set a row has, where it has so many samples.
+  std::uint32_t points_of(PointSet set, std::uint32_t samples) const {
+    return set == PointSet::samples ? samples : counts[static_cast<std::size_t>(set)];
+  }
+  bool has_sets() const { return counts != SetCounts{}; }
   // Whether anything but the columns of a plain run is asked for.
   bool are_chosen() const;
   std::size_t chosen_count() const;

@@ -150,6 +150,10 @@ StoredColumns StoreFileReader::read_columns(hid_t root) const {
     columns = *named;
   }
   if (!has_attribute(root, "columns")) return StoredColumns(std::move(columns));
+  for (std::size_t s = 0; s < point_set_names.size(); ++s)
+    if (const std::string name(point_set_names[s]);
+        static_cast<PointSet>(s) != PointSet::samples && has_attribute(root, name.c_str()))
+      columns.counts[s] = static_cast<std::uint32_t>(read_number(root, name.c_str()));
   const std::vector<std::string> list = read_texts(root, "columns");
   const auto lists = [&](std::string_view name) {
     return std::find(list.begin(), list.end(), name) != list.end();

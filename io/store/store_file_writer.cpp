@@ -62,6 +62,9 @@ void write_root_attributes(hid_t file, const StoreLayout& layout, const StoreHea
   if (header.columns->are_chosen()) write_attribute(root.get(), "columns", column_list(header.columns));
   write_attribute(root.get(), "seed", header.seed);
   write_attribute(root.get(), "samples", layout.samples);
+  for (std::size_t s = 0; s < point_set_names.size(); ++s)
+    if (header.columns->counts[s] > 0)
+      write_attribute(root.get(), std::string(point_set_names[s]).c_str(), header.columns->counts[s]);
   write_attribute(root.get(), "rows", layout.rows);
   write_attribute(root.get(), "parameters", header.parameters_json);
   write_attribute(root.get(), "compression",
@@ -160,6 +163,7 @@ void StoreFileWriter::create(const StoreHeader& header, std::span<const StorePac
   const StoreColumns& columns = *header.columns;
   const Hdf5Group tensor =
       columns.has(&Samples::tensor_direction) ? make_group(file_, "/tensor") : Hdf5Group();
+  const Hdf5Group sharp = columns.has(&Samples::sharp_points) ? make_group(file_, "/sharp") : Hdf5Group();
   const Hdf5Group attributes = columns.attributes.empty() ? Hdf5Group() : make_group(file_, "/attributes");
   const Hdf5Group items = make_group(file_, "/items");
   for (const DatasetLayout& dataset : layout_.datasets) {

@@ -174,10 +174,11 @@ class RowMerger {
   const OpenSource& source_of(std::uint64_t row) const { return *std::prev(open_.upper_bound(row))->second; }
 
   void write_group(StoreFileWriter& store, RowRange group) {
-    const std::uint32_t parts = layout_.datasets[layout_.index_of(Role::samples)].chunk.chunks_per_row;
+    const std::uint32_t parts = most_chunks_per_row(layout_.columns, layout_.rows, layout_.samples);
     for (std::uint32_t part = 0; part < parts; ++part)
       for (std::size_t d = 0; d < layout_.datasets.size(); ++d)
-        if (per_sample(layout_.datasets[d].spec)) write_column(store, d, part, group);
+        if (per_sample(layout_.datasets[d].spec) && part < layout_.datasets[d].chunk.chunks_per_row)
+          write_column(store, d, part, group);
   }
 
   void write_column(StoreFileWriter& store, std::size_t d, std::uint32_t part, RowRange block) {

@@ -258,7 +258,7 @@ void StorePart::read_row(std::uint64_t row, Row& result) const {
     for (std::size_t d = 0; d < layout.datasets.size(); ++d) {
       const DatasetSpec& spec = layout.datasets[d].spec;
       if (spec.role == Role::samples) {
-        const std::size_t elements = layout.samples * std::max<std::size_t>(spec.width, 1);
+        const std::size_t elements = layout.datasets[d].points * std::max<std::size_t>(spec.width, 1);
         file->read_rows(d, row, 1, spec.room(result.samples, elements));
       } else if (spec.role == Role::descriptor) {
         DescriptorRow& descriptor = result.descriptors.emplace_back();
@@ -289,7 +289,7 @@ Samples StorePart::read_samples(std::uint64_t row, std::uint64_t begin, std::uin
     const StoreLayout& layout = file->layout();
     for (std::size_t d = 0; d < layout.datasets.size(); ++d) {
       const DatasetSpec& spec = layout.datasets[d].spec;
-      if (spec.role != Role::samples) continue;
+      if (spec.role != Role::samples || spec.set != PointSet::samples) continue;
       const std::size_t elements = (end - begin) * std::max<std::size_t>(spec.width, 1);
       file->read_samples(d, row, begin, end - begin, spec.room(samples, elements));
     }
@@ -509,7 +509,7 @@ Samples StoreReader::read_samples(std::uint64_t row, std::uint64_t begin, std::u
 }
 
 CopiedRow StoreReader::copy_row(std::uint64_t row) const {
-  const bool has_many = samples() > most_copied_samples && descriptors().empty();
+  const bool has_many = samples() > most_copied_samples && descriptors().empty() && !columns().has_sets();
   CopiedRow copied;
   copied.row = has_many ? Row{report(row), {}, {}, names(row)} : read_row(row);
   if (has_many && copied.row.report.status == Status::ok)

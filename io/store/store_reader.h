@@ -82,7 +82,7 @@ class StoreReader {
   Row read_row(std::uint64_t row) const;  // with samples, descriptors and names
   // Row::names of a row; empty where it has none.
   std::string names(std::uint64_t row) const;
-  // Samples [begin, end) of a row that is ok.
+  // Samples [begin, end) of a row that is ok, without its other sets of points.
   Samples read_samples(std::uint64_t row, std::uint64_t begin, std::uint64_t end) const;
   // The row, to be written to a store of the same columns and descriptors.
   CopiedRow copy_row(std::uint64_t row) const;

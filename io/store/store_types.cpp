@@ -69,7 +69,7 @@ Hdf5Type make_type(const DatasetLayout& dataset) {
 
 std::vector<hsize_t> make_extents(const DatasetLayout& dataset, const StoreLayout& layout) {
   std::vector<hsize_t> extents{layout.rows};
-  if (per_sample(dataset.spec)) extents.push_back(layout.samples);
+  if (per_sample(dataset.spec)) extents.push_back(dataset.points);
   if (has_value_axis(dataset.spec)) extents.push_back(dataset.spec.width);
   return extents;
 }

@@ -81,6 +81,7 @@ class RowChecker {
     if (spec.type != ElementType::u32) return;  // every byte is a color
     const std::vector<std::uint32_t> numbers = numbers_of<std::uint32_t>(values);
     const Values values_are = spec.column == nullptr ? Values::any : spec.column->values;
+    if (values_are == Values::sharp_edges) check_edges(spec, numbers);
     if (values_are == Values::faces) check_below(spec, numbers, report_.faces);
     if (values_are == Values::vertices) check_below(spec, numbers, report_.vertices);
     if (values_are == Values::ranks) check_permutation(spec, numbers, count);
@@ -112,6 +113,13 @@ class RowChecker {
     for (const std::uint32_t number : numbers)
       if (number >= bound)
         return complain("{} has {} in {}, which must be below {}", name_, number, spec.path, bound);
+  }
+
+  // A model without sharp edges has points on none.
+  void check_edges(const DatasetSpec& spec, const std::vector<std::uint32_t>& numbers) {
+    for (const std::uint32_t number : numbers)
+      if (report_.sharp_edges > 0 ? number >= report_.sharp_edges : number != no_sharp_edge)
+        return complain("{} has {} in {}, but {} sharp edges", name_, number, spec.path, report_.sharp_edges);
   }
 
   void check_permutation(const DatasetSpec& spec, const std::vector<std::uint32_t>& ranks,
@@ -228,10 +236,12 @@ class Verifier {
 
   // Whole chunks of samples, about 32 MiB of them, never across the rows of an ItemBlock.
   std::uint64_t rows_at_a_time() const {
-    constexpr std::uint64_t bytes = std::uint64_t{32} << 20, bytes_per_sample = 56;
+    constexpr std::uint64_t bytes = std::uint64_t{32} << 20;
     if (layout_.datasets[layout_.index_of(Role::samples)].chunk.rows > 1) return sample_chunk_rows;
-    std::uint64_t rows = sample_chunk_rows;
-    while (rows > 1 && rows * layout_.samples * bytes_per_sample > bytes) rows /= 2;
+    std::uint64_t rows = sample_chunk_rows, row_bytes = 0;
+    for (const DatasetLayout& dataset : layout_.datasets)
+      if (per_sample(dataset.spec)) row_bytes += dataset.row_bytes;
+    while (rows > 1 && rows * row_bytes > bytes) rows /= 2;
     return rows;
   }
 
@@ -242,7 +252,7 @@ class Verifier {
       return complain("rows {} on: {}", rows.begin, error.what());
     }
     usable_.assign(usable_.size(), true);
-    if (rows.size() == 1 && layout_.datasets[layout_.index_of(Role::samples)].chunk.chunks_per_row > 1) {
+    if (rows.size() == 1 && most_chunks_per_row(layout_.columns, layout_.rows, layout_.samples) > 1) {
       check_long_row(rows.begin);
       last_id_ = items_.id(rows.begin);
       return;
@@ -310,7 +320,7 @@ class Verifier {
           return complain("chunk {} of row {} of {} fails its checksum", chunk.part, row, dataset.spec.path);
       const std::size_t begin = first * dataset.chunk_bytes;
       checker.check(dataset.spec, std::span(values).first(std::min(values.size(), dataset.row_bytes - begin)),
-                    layout_.samples);
+                    dataset.points);
     }
   }
 

@@ -85,9 +85,9 @@ std::string npy_file(const std::vector<Value>& values, std::uint64_t columns) {
 
 // The array with coordinates in the frame, of their type: float32 as stored, float64 of the file.
 template <class Make>
-std::string in_frame(PointFrame frame, const Row& row, const Make& make) {
-  if (frame == PointFrame::stored) return make(std::span<const float>(row.samples.points));
-  return make(std::span<const double>(file_points(row.report, row.samples.points)));
+std::string in_frame(PointFrame frame, const Row& row, std::span<const float> points, const Make& make) {
+  if (frame == PointFrame::stored) return make(points);
+  return make(std::span<const double>(file_points(row.report, points)));
 }
 
 // Coordinates, then red, green and blue from 0 to 1.
@@ -110,12 +110,14 @@ std::string npy_of(const std::string& name, const StoreColumns& columns, PointFr
     return columns.attributes[i].is_classes() ? npy_file(samples.classes[i], width)
                                               : npy_file(samples.attributes[i], width);
   }
-  if (name == "points") return in_frame(frame, row, [](auto points) { return npy_file(points, 3); });
   if (name == colored_points)
-    return in_frame(frame, row, [&]<class Number>(std::span<const Number> points) {
+    return in_frame(frame, row, samples.points, [&]<class Number>(std::span<const Number> points) {
       return npy_file(points_and_colors(points, std::span(samples.rgb)), 6);
     });
   const SampleColumn& column = sample_columns[column_of_array(name)];
+  if (column.values == Values::at_box || column.values == Values::sharp_points)
+    return in_frame(frame, row, samples.*std::get<std::vector<float> Samples::*>(column.array),
+                    [](auto points) { return npy_file(points, 3); });
   return with_array(column, samples,
                     [&](const auto& values) { return npy_file(values, column.values_each()); });
 }

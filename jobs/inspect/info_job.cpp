@@ -196,6 +196,7 @@ void show_counts(const StoreReader& store, const StoreSummary& summary) {
   print_counts("order: ", order_reason_names, summary.by_order_reason, 1);
   if (summary.has_colors) print_counts("colors: ", color_source_names, summary.by_color_source);
   if (summary.rows_with_fills > 0) fmt::print("  {:<20}{:>10}\n", "color fills", summary.rows_with_fills);
+  print_sets(summary);
   if (store.columns().are_chosen())
     fmt::print("  columns {}\n", joined_texts(store::column_list(store.columns())));
   print_lacking(summary);
@@ -230,6 +231,7 @@ void show_counts_json(const StoreReader& store, const StoreSummary& summary) {
                  write_counts(json, "color_source", color_source_names, summary.by_color_source);
                  json.member("items_with_color_fills", summary.rows_with_fills);
                }
+               write_sets(json, summary);
                json.list("columns", store::column_list(store.columns()));
                write_lacking(json, summary);
                write_tallies(json, summary);

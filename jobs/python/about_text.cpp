@@ -67,11 +67,11 @@ void add_settings(JsonWriter& json, const char* name, std::span<const SettingLis
 // What the description of a column in a store begins with, where it needs an option.
 std::string prefix_of(const SampleColumn& column) {
   const std::string prefix = fmt::format("with --{} only: ", column.option);
-  return column.is_asked_for() && column.doc.starts_with(prefix) ? prefix : "";
+  return !column.option.empty() && column.doc.starts_with(prefix) ? prefix : "";
 }
 
 // The columns of samples: {dataset, former (in older stores, where that is another name), array, type, width,
-// doc, always, option}.
+// doc, always, option, set}.
 void add_columns(JsonWriter& json) {
   const Samples none;
   json.key("columns");
@@ -87,6 +87,7 @@ void add_columns(JsonWriter& json) {
     json.member("doc", column.doc.substr(prefix_of(column).size()));
     json.member("always", column.having == Having::all);
     json.member("option", column.option);
+    json.member("set", name_of(column.set));
     json.end_object();
   }
   json.end_array();
@@ -163,7 +164,8 @@ std::string about_text() {
   add_names(json, "descriptors", descriptor_names);
   add_columns(json);
   // Arrays have colors and attributes of their own in place of what files bring along.
-  const SampleSettings* const of_arrays[] = {&point_settings(), &column_settings(), &collection_settings()};
+  const SampleSettings* const of_arrays[] = {&point_settings(), &column_settings(), &training_settings(),
+                                             &collection_settings()};
   const SurfaceSettings* const surface[] = {&surface_settings()};
   add_settings<SampleParameters>(json, "mesh_settings", of_arrays);
   add_settings<SampleParameters>(json, "file_settings", sample_settings());

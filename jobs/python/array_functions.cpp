@@ -142,7 +142,7 @@ LaboratoryResult write_point_file(const LaboratoryArguments& given) {
   for (const SampleColumn& column : sample_columns)
     with_array(column, samples, [&]<class Value>(std::vector<Value>& values) {
       const std::string array = column.array_name();
-      if (!given.has(array)) return;
+      if (!given.has(array) || !column.is_of_samples()) return;
       std::span<const Value> all;
       if constexpr (std::is_same_v<Value, float>)
         all = given.floats(array, column.values_each());

@@ -13,7 +13,7 @@ namespace {
 constexpr std::string_view attributes_word = "attributes";
 
 // Whether --store can leave the column out.
-bool is_choice(const SampleColumn& column) { return !column.is_asked_for() && column.name != "points"; }
+bool is_choice(const SampleColumn& column) { return column.option.empty() && column.name != "points"; }
 
 void add_word(std::string_view word, std::vector<std::string>& words) {
   if (words.empty() || words.back() != word) words.emplace_back(word);  // both tensors have one
@@ -25,7 +25,8 @@ void add_store_columns_option(Command command, RowKind rows, std::vector<std::st
   const bool surfaces = rows == RowKind::surfaces;
   std::vector<std::string> words, former;
   for (const SampleColumn& column : sample_columns)
-    if (!surfaces || column.having == Having::all || column.having == Having::surfaces) {
+    if (column.is_of_samples() &&
+        (!surfaces || column.having == Having::all || column.having == Having::surfaces)) {
       add_word(column.word(), words);
       if (column.recorded_word() != column.word()) add_word(column.recorded_word(), former);
     }
@@ -58,7 +59,7 @@ ColumnSet parse_left_out(const std::vector<std::string>& words, const StoreColum
     if (columns.applies(c))
       left_out[c] = is_choice(column) && !is_named(column);
     else if (is_named(column))
-      complain(column.is_asked_for() ? fmt::format("--store: `{}` needs --{}", column.word(), column.option)
+      complain(!column.option.empty() ? fmt::format("--store: `{}` needs --{}", column.word(), column.option)
                : column.having == Having::tensors
                    ? fmt::format("--store: `{}` needs --method anisotropic", column.word())
                    : fmt::format("--store: only parametric surfaces have `{}`", column.word()));

@@ -24,6 +24,7 @@ StoreColumns columns_of(const RunOptions& options) {
   columns.asked = options.sample.columns;
   columns.attributes = options.sample.attributes;
   columns.left_out = options.left_out;
+  columns.counts[static_cast<std::size_t>(PointSet::sharp)] = options.sample.sharp.samples;
   return columns;
 }
 
@@ -127,6 +128,7 @@ void add_store_options(Command& command, RunOptions& options, RunOptionTexts& te
   add_store_columns_option(collection, RowKind::meshes, texts.stored);
   add_list_options(collection, options.collect);
   add_label_options(collection, options.collect);
+  texts.settings.add(command, training_settings(), options.sample);
 }
 
 void add_task_options(Command& array, int& offset, std::uint64_t& shards_a_task) {

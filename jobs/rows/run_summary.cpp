@@ -111,6 +111,7 @@ std::string summary_json(const RunOutcome& outcome, const RunOptions& options) {
     write_counts(json, "color_source", color_source_names, summary.by_color_source);
     json.member("items_with_color_fills", summary.rows_with_fills);
   }
+  write_sets(json, summary);
   write_lacking(json, summary, outcome.near);
   if (reads_textures(options.sample.density.kind))
     json.member("items_without_texture", untextured(summary, options));
@@ -175,6 +176,7 @@ StoreSummary summarize(const StoreReader& store, bool count_descriptors) {
   StoreSummary summary;
   summary.rows = store.rows();
   summary.has_colors = store.columns().has(&Samples::rgb);
+  summary.has_sharp = store.columns().has(&Samples::sharp_points);
   for (std::size_t bit = 0; bit < store.columns().chosen_count(); ++bit)
     summary.lacking.emplace_back(store.columns().chosen_text(bit), 0);
   std::uint32_t missing = ~std::uint32_t{0};  // in all rows that are ok
@@ -186,6 +188,7 @@ StoreSummary summarize(const StoreReader& store, bool count_descriptors) {
       ++summary.by_order_reason[static_cast<std::size_t>(report.order_reason)];
       ++summary.by_color_source[static_cast<std::size_t>(report.color_source)];
       if (report.color_fills > 0) ++summary.rows_with_fills;
+      if (summary.has_sharp && report.sharp_edges == 0) ++summary.rows_without_sharp;
       missing &= report.missing;
       for (std::size_t bit = 0; bit < summary.lacking.size(); ++bit)
         summary.lacking[bit].second += report.lacks >> bit & 1;
@@ -258,6 +261,17 @@ void write_tallies(JsonWriter& json, const StoreSummary& summary) {
     json.end_object();
   }
   json.end_object();
+}
+
+void print_sets(const StoreSummary& summary) {
+  if (summary.rows_without_sharp > 0)
+    fmt::print("  {:<20}{:>10}   {} no edge as sharp as --sharp-angle; --sharp-fill stands in\n",
+               "no sharp edge", summary.rows_without_sharp,
+               summary.rows_without_sharp == 1 ? "this model has" : "these models have");
+}
+
+void write_sets(JsonWriter& json, const StoreSummary& summary) {
+  if (summary.has_sharp) json.member("items_without_sharp_edge", summary.rows_without_sharp);
 }
 
 void print_lacking(const StoreSummary& summary, const NearAttributes& near) {
@@ -336,6 +350,7 @@ void print_summary(const RunOutcome& outcome, const RunOptions& options) {
         "  {:<20}{:>10}   some of their samples have no color, or an image that is lost, and got the gray "
         "{}\n",
         "color fills", summary.rows_with_fills, color_fill);
+  print_sets(summary);
   print_lacking(summary, outcome.near);
   print_tallies(summary);
   if (const std::uint64_t rows = untextured(summary, options); rows > 0)

@@ -36,6 +36,9 @@ struct StoreSummary {
   std::array<std::uint64_t, color_source_names.size()>
       by_color_source{};              // of ok rows of a store with colors
   std::uint64_t rows_with_fills = 0;  // of those
+  bool has_sharp = false;
+  std::uint64_t rows_without_sharp =
+      0;  // ok rows of a store with points on sharp edges that have no such edge
   // Attributes and texture coordinates, as users name them, with the ok rows that lack them at one sample or
   // more.
   std::vector<std::pair<std::string, std::uint64_t>> lacking;
@@ -64,6 +67,9 @@ void print_tallies(const StoreSummary& summary);
 void write_tallies(JsonWriter& json, const StoreSummary& summary);
 // What the text of the notes of a model (text_of) says of one kind.
 std::string_view clause_of(std::string_view note_text, Note note);
+// What there is to say of further sets of points, as a line and as members.
+void print_sets(const StoreSummary& summary);
+void write_sets(JsonWriter& json, const StoreSummary& summary);
 // A line for each column and descriptor that models lack, and each attribute that none has; the members
 // "items_that_lack" where there are such columns, "attributes_of_no_model", each with the names that are near
 // it, where there are such, and "items_without_descriptor" where there are descriptors. `near` may be empty.

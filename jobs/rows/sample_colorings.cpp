@@ -52,6 +52,7 @@ constexpr auto other_words =
 
 // Columns that say where a sample is have no color.
 std::optional<ColoringKind> kind_of(const SampleColumn& column) {
+  if (!column.is_of_samples()) return std::nullopt;
   switch (column.values) {
     case Values::unit_vectors:
       return ColoringKind::direction;
@@ -71,6 +72,9 @@ std::optional<ColoringKind> kind_of(const SampleColumn& column) {
     case Values::at_box:
     case Values::weights:
     case Values::vertices:
+    case Values::sharp_points:
+    case Values::sharp_vectors:
+    case Values::sharp_edges:
       return std::nullopt;
   }
   return std::nullopt;

@@ -23,7 +23,7 @@ using Members = std::map<std::string, std::string>;
 Members of_samples(const std::string& parameters_json) {
   Members members = split_members(parameters_json);
   for (const char* const name : {"certify", "compress", "describe", "store"}) members.erase(name);
-  for (const SampleSettings* const list : {&value_settings(), &column_settings()})
+  for (const SampleSettings* const list : {&value_settings(), &column_settings(), &training_settings()})
     for (const auto& setting : list->items()) members.erase(setting.name);
   for (const auto& setting : describe_settings().items()) members.erase(setting.name);
   return members;

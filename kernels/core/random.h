@@ -36,6 +36,7 @@ enum class Stream : std::uint32_t {
   stratum_start = 8,   // the place that a spaced sample starts at
   cell_axes = 9,       // the axes that cells of spaced samples are cut along
   digital_shift = 10,  // the shift of the net that samples in cells form
+  sharp_edges = 11,    // the key of the samples on sharp edges
   test_shapes = 16,    // random shapes that measure point sets; no sample depends on them
   tangent_frame = 24,  // directions of tangent frames on surfaces, in measures
   surface_probe = 25,  // points at which the distance between two surfaces is measured

@@ -26,9 +26,17 @@ inline constexpr std::uint32_t note_text_width = 320;
 
 // ---- samples
 
+// The points that a row has: its samples, and further sets that are asked for by their number.
+enum class PointSet : std::uint8_t { samples, sharp };
+// As options, parameters and the attributes of stores call their numbers.
+inline constexpr std::array<std::string_view, 2> point_set_names = {"samples", "sharp"};
+constexpr std::string_view name_of(PointSet set) { return point_set_names[static_cast<std::size_t>(set)]; }
+// How many points of each set a row has; that of the samples stands elsewhere and is 0 here.
+using SetCounts = std::array<std::uint32_t, point_set_names.size()>;
+
 // Which samples have a column: all, those of one kind of model, those under a tensor field; or those that are
-// asked for it, taken over from the model, or made from its surface.
-enum class Having : std::uint8_t { all, meshes, surfaces, tensors, taken, made };
+// asked for it, taken over from the model, or made from its surface. Those of another set: all of its points.
+enum class Having : std::uint8_t { all, meshes, surfaces, tensors, taken, made, set };
 
 // The rule for values of rows that are ok, which verify checks. Floats are finite, except that `optional`
 // ones are NaN where the model has no value (/items/lacks).
@@ -43,7 +51,10 @@ enum class Values : std::uint8_t {
   faces,     // numbers below that of the faces
   vertices,  // numbers below that of the vertices
   ranks,     // each of 0 .. N - 1 once
-  optional
+  optional,
+  sharp_points,   // at the box, as the next two; or NaN where the model has no sharp edge
+  sharp_vectors,  // unit vectors
+  sharp_edges     // fill where the model has no sharp edge
 };
 
 using SampleArray = std::variant<std::vector<float> Samples::*, std::vector<std::uint32_t> Samples::*,
@@ -63,9 +74,12 @@ struct SampleColumn {
   // The option that asks for the column, without `--` (stores record it as a parameter), its help, and what
   // the note on models without values calls them; empty for columns without an option.
   std::string_view option = {}, help = {}, title = {};
-  bool common = false;  // the short help shows the option
+  bool common = false;               // the short help shows the option
+  PointSet set = PointSet::samples;  // whose points have it
 
-  constexpr bool is_asked_for() const { return !option.empty(); }
+  // Whether an option asks for this column alone.
+  constexpr bool is_asked_for() const { return having == Having::taken || having == Having::made; }
+  constexpr bool is_of_samples() const { return set == PointSet::samples; }
   constexpr bool is_optional() const { return values == Values::optional; }
   // The name of the dataset in stores of this format version.
   constexpr std::string_view name_in(std::uint32_t version) const { return version < renamed ? link : name; }
@@ -82,11 +96,21 @@ struct SampleColumn {
   constexpr std::uint32_t values_each() const { return width > 0 ? width : 1; }
 };
 
+// A column of the points on sharp edges.
+constexpr SampleColumn sharp_column(std::string_view name, SampleArray array, std::uint32_t width,
+                                    std::string_view unit, std::string_view doc, Values values) {
+  SampleColumn column{name, array, width, unit, doc, Having::set, values};
+  column.option = "sharp";
+  column.set = PointSet::sharp;
+  return column;
+}
+
 // In the order of the file.
 inline constexpr auto sample_columns = [] {
   using S = Samples;
   using H = Having;
   using V = Values;
+  constexpr auto sharp = sharp_column;
   return std::to_array<SampleColumn>({
       {"points", &S::points, 3, "length / scale", "the points; file coordinates = loc + scale * point",
        H::all, V::at_box, "", "", "data"},
@@ -113,6 +137,17 @@ inline constexpr auto sample_columns = [] {
        "with --texcoord only: texture coordinates as the file has them, NaN where there are none", H::taken,
        V::optional, "", "", "", 0, "texcoord", "Take over the texture coordinates of the models (/texcoord)",
        "texture coordinates"},
+      sharp("sharp/points", &S::sharp_points, 3, "length / scale",
+            "with --sharp only: points on sharp edges; file coordinates = loc + scale * point",
+            V::sharp_points),
+      sharp("sharp/normals", &S::sharp_normals, 3, "1",
+            "with --sharp only: the mean of the unit normals of the two faces at the edge, of length 1",
+            V::sharp_vectors),
+      sharp("sharp/tangents", &S::sharp_tangents, 3, "1",
+            "with --sharp only: the direction of the edge, a unit vector", V::sharp_vectors),
+      sharp("sharp/edge", &S::sharp_edge, 0, "1",
+            "with --sharp only: number of the sharp edge, along curves; 0xFFFFFFFF where the model has none",
+            V::sharp_edges),
   });
 }();
 
@@ -178,8 +213,8 @@ using ItemMember =
                  ColorSource ItemReport::*, std::string ItemReport::*>;
 
 // Which stores have a column of items: all; those whose samples have colors, columns with optional values,
-// or classes with names.
-enum class ItemHaving : std::uint8_t { all, colors, optional_values, names };
+// or classes with names; those with points on sharp edges.
+enum class ItemHaving : std::uint8_t { all, colors, optional_values, names, sharp };
 
 // Who tells the value of one item: `info --json` (in its order of members, not that of the file), and Samples
 // of Python.
@@ -259,6 +294,11 @@ inline constexpr auto item_columns = [] {
       {"items/names_bytes", &R::names_bytes, "byte",
        "with --attribute group, object, material or part only: length of the row's part of /names", nowhere,
        0, 5, ItemHaving::names},
+      {"items/sharp_edges", &R::sharp_edges, "1",
+       "with --sharp only: number of the sharp edges; 0: the model has none", everywhere, 0, 1,
+       ItemHaving::sharp},
+      {"items/sharp_length", &R::sharp_length, "length", "with --sharp only: length of all sharp edges",
+       everywhere, 0, 1, ItemHaving::sharp},
   });
 }();
 

@@ -77,6 +77,8 @@ struct ItemReport : SampleReport {
   std::uint32_t missing = 0;  // bit i: the model has no such attribute, or no texture coordinates, at all
   std::uint32_t points_crc32c = 0;  // over the N x 3 little-endian float32 of `points`; 0 unless ok
   std::uint32_t names_bytes = 0;    // length of Row::names as it is stored; 0 unless ok
+  std::uint32_t sharp_edges = 0;    // with points on sharp edges only: how many edges are sharp, and
+  double sharp_length = 0;          // how long they are in units of the file
 };
 
 // One row of the store.

@@ -155,7 +155,7 @@ bool places_in_regions(const SampleParameters& parameters) {
 bool leaves_sites(const SampleParameters& parameters) {
   return parameters.rows_only && parameters.samples > parameters.most_kept_samples &&
          places_in_regions(parameters) && !method_of(parameters).follows_tensor && !parameters.curved &&
-         parameters.columns.empty() && parameters.attributes.empty() &&
+         parameters.columns.empty() && parameters.attributes.empty() && parameters.sharp.samples == 0 &&
          parameters.describe.descriptors.empty();
 }
 

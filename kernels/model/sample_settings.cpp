@@ -30,6 +30,7 @@ bool follows_tensor(const P& p) { return method_of(p).follows_tensor; }
 bool has_coarse_charts(const P& p) { return method_of(p).makes_charts && !follows_tensor(p); }
 bool is_shaped(const P& p) { return form_of(p.density).is_shaped; }
 bool is_finished(const P& p) { return p.finish != FinishKind::none; }
+bool has_sharp(const P& p) { return p.sharp.samples > 0; }
 bool is_spaced(const P& p) { return p.sequence == SequenceKind::spaced; }
 
 template <bool (*has)(const DescriptorGroup&)>
@@ -239,10 +240,47 @@ SampleSettings make_value_settings() {
   return list;
 }
 
+constexpr double most_set_points = 16777216;
+
+void add_sharp_settings(SampleSettings& list) {
+  constexpr const char* only = "applies to --sharp only";
+  list.number(
+          "sharp", "--sharp", [](auto& p) -> auto& { return p.sharp.samples; }, 0, most_set_points,
+          "Points on the sharp edges of every model, beside its samples, evenly spread by length (/sharp)")
+      .in_python("sharp")
+      .without_default()
+      .only_recorded(has_sharp);
+  list.number(
+          "sharp_angle", "--sharp-angle", [](auto& p) -> auto& { return p.sharp.angle; }, 1, 179,
+          "Degrees between the normals of two faces from which their edge is sharp, 1 to 179")
+      .in_python("sharp_angle")
+      .only_recorded(has_sharp)
+      .acting(has_sharp, only);
+  list.flag(
+          "sharp_borders", "--sharp-borders", [](auto& p) -> auto& { return p.sharp.borders; },
+          "Edges at which the surface ends are sharp, too")
+      .in_python("sharp_borders")
+      .only_recorded([](const P& p) { return p.sharp.borders; })
+      .acting(has_sharp, only);
+  list.word(
+          "sharp_fill", "--sharp-fill", [](auto& p) -> auto& { return p.sharp.fill; }, sharp_fill_words,
+          "What stands in where a model has no sharp edge: its samples, or NaN")
+      .in_python("sharp_fill")
+      .only_recorded(has_sharp)
+      .acting(has_sharp, only);
+}
+
 SampleSettings make_column_settings() {
   SampleSettings list;
   list.under("Collection");
   add_columns(list, Having::made);
+  return list;
+}
+
+SampleSettings make_training_settings() {
+  SampleSettings list;
+  list.under("Training data");
+  add_sharp_settings(list);
   return list;
 }
 
@@ -359,6 +397,11 @@ const SampleSettings& column_settings() {
   return list;
 }
 
+const SampleSettings& training_settings() {
+  static const SampleSettings list = make_training_settings();
+  return list;
+}
+
 const SampleSettings& collection_settings() {
   static const SampleSettings list = make_collection_settings();
   return list;
@@ -366,7 +409,7 @@ const SampleSettings& collection_settings() {
 
 std::span<const SampleSettings* const> sample_settings() {
   static const SampleSettings* const lists[] = {&point_settings(), &value_settings(), &column_settings(),
-                                                &collection_settings()};
+                                                &training_settings(), &collection_settings()};
   return lists;
 }
 

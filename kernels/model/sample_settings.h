@@ -19,9 +19,11 @@ const SampleSettings& point_settings();
 const SampleSettings& value_settings();
 // Decide which columns are computed from the surface.
 const SampleSettings& column_settings();
+// Decide what else networks are trained on: further sets of points.
+const SampleSettings& training_settings();
 // Decide what else is found and stored for a collection.
 const SampleSettings& collection_settings();
-// All settings that a caller may give: these four lists.
+// All settings that a caller may give: these five lists.
 std::span<const SampleSettings* const> sample_settings();
 // Constants that are recorded although no option changes them: of sampling, and of charts for methods that
 // make them.

@@ -433,6 +433,25 @@ ModelStages making_columns(const SampleParameters& p) {
   return stages;
 }
 
+// ---- further sets of points
+
+double sharpening_bytes(const SampleParameters& p, const ModelSizes& sizes) {
+  return surface_bytes(p, sizes) + bytes_of_samples(p, sizes) + sharp_bytes(p.sharp.samples, sizes.triangles);
+}
+
+ModelStages sharpening(const SampleParameters& p) {
+  if (p.sharp.samples == 0) return {};
+  return {{"sharp_samples",
+           [sharp = p.sharp, order = p.order, jitter = p.jitter](Model& model) {
+             model.cancel.check();
+             const SharpEdges edges = sharp_edges_of(model.surface, sharp);
+             model.cancel.check();
+             add_sharp_samples(model.surface, edges, sharp, order, jitter, model.key, model.cancel,
+                               model.row);
+           },
+           sharpening_bytes}};
+}
+
 // ---- descriptors
 
 void add_descriptors(Model& model, const DescribeParameters& parameters) {
@@ -487,7 +506,7 @@ ModelStages placing_anisotropic(const SampleParameters& p, const EmbreeDevice* d
 ModelStages all_stages(const SampleParameters& p, const EmbreeDevice* device) {
   const MethodStages& stages = *method_of(p).stages;
   return joined({stages.charting(p), stages.placing(p, device), making_columns(p), attributing(p),
-                 stages.describing(p)});
+                 sharpening(p), stages.describing(p)});
 }
 
 void check_device(const SampleParameters& parameters, const EmbreeDevice* device) {

@@ -12,6 +12,7 @@
 namespace meander {
 
 inline constexpr std::int32_t no_sample_class = -1;
+inline constexpr std::uint32_t no_sharp_edge = 0xFFFFFFFFu;
 
 // N samples, ordered so that every prefix covers the surface evenly or, where that was asked for, along the
 // curve. Samples of a mesh are named by face, corners and barycentric weights, samples of a parametric
@@ -30,6 +31,10 @@ struct Samples {
   std::vector<float> tensor_spacing;    // N x 2 wanted spacings along and across it, in units of the points
   std::vector<std::uint8_t> rgb;        // N x 3 red, green, blue as displayed (sRGB)
   std::vector<float> texcoord;          // N x 2 texture coordinates, NaN where there are none
+  std::vector<float> sharp_points;      // S x 3 points on sharp edges, as `points`
+  std::vector<float> sharp_normals;     // S x 3 unit vectors: the mean of the two faces at the edge
+  std::vector<float> sharp_tangents;    // S x 3 unit vectors along the edge
+  std::vector<std::uint32_t> sharp_edge;       // S numbers of edges, no_sharp_edge where the model has none
   std::vector<std::vector<float>> attributes;  // those asked for, in their order: N x width, NaN as above
   // The same of columns of classes, whose place in `attributes` stays empty; no_sample_class where there is
   // none. Each list ends with its last column.

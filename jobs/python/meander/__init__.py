@@ -38,11 +38,14 @@ for _class in (BoxError, Mesh, Neighbors, SamplingError, RunResult, RunStopped):
     _class.__module__ = "meander"
 
 
+_NUMBER_OF = {"samples": "n", "sharp": "sharp"}  # what docstrings call the number of points of a set
+
+
 def _with_columns(cls):
     """The class with a field, and a line of the docstring, for each column of samples."""
     rows = _core.columns()
     cls.__annotations__ = {**{row["array"]: numpy.ndarray for row in rows}, **cls.__annotations__}
-    lines = ["%s: (n%s) %s, %s%s" % (row["array"], ", %d" % row["width"] if row["width"] else ",", numpy.dtype(row["type"]),
+    lines = ["%s: (%s%s) %s, %s%s" % (row["array"], _NUMBER_OF[row["set"]], ", %d" % row["width"] if row["width"] else ",", numpy.dtype(row["type"]),
                                      row["doc"], "" if row["always"] else "; None without `%s`" % row["option"]
                                      if row["option"] else "; None of other samples") for row in rows]
     cls.__doc__ += "\n    %s\n    " % "\n    ".join(lines)
@@ -75,6 +78,8 @@ class Samples:
     genus: int                  # sum over the components
     boundaries: int             # loops
     repairs: dict               # what was dropped or mended, counted by name; empty for a clean mesh
+    sharp_edges: int            # how many edges are sharp, as asked for with `sharp`; 0 where there is none
+    sharp_length: float         # their length, in units of the mesh
     content: bytes              # the 32 bytes that the random numbers are keyed by
 
     def __len__(self):

@@ -16,6 +16,7 @@ FinishWord = Literal["none", "relax"]
 OrderWord = Literal["progressive", "curve"]
 CurveWord = Literal["hilbert", "peano", "peano-meander", "balanced"]
 NormalizeWord = Literal["none", "unit-sphere", "unit-box", "unit-diagonal", "pointnet"]
+Sharp_fillWord = Literal["surface", "nan"]
 Content = Union[bytes, str, None]
 Path = Union[str, "os.PathLike[str]"]
 Value = Union[str, float, "os.PathLike[str]", Sequence[Union[str, "os.PathLike[str]"]]]
@@ -51,6 +52,10 @@ class Samples:
     tensor_spacing: Optional[NDArray[numpy.float32]]
     rgb: Optional[NDArray[numpy.uint8]]
     texcoord: Optional[NDArray[numpy.float32]]
+    sharp_points: Optional[NDArray[numpy.float32]]
+    sharp_normals: Optional[NDArray[numpy.float32]]
+    sharp_tangents: Optional[NDArray[numpy.float32]]
+    sharp_edge: Optional[NDArray[numpy.uint32]]
     weights: NDArray[numpy.float64]
     attributes: Dict[str, NDArray[Any]]
     names: Dict[str, List[str]]
@@ -110,7 +115,9 @@ def run(inputs: Union[Path, Iterable[Path]], store: Path, *,
         compress: Optional[Literal["default", "none"]] = None, colors: bool = False, texcoord: bool = False,
         attributes: Optional[Value] = None, columns: Optional[Value] = None, root: Optional[Value] = None,
         null: bool = False, layout: Optional[Literal["auto", "flat", "modelnet", "shapenet"]] = None,
-        labels: Optional[Value] = None, label_from_folder: bool = False, threads: Optional[Union[int, str]] = None,
+        labels: Optional[Value] = None, label_from_folder: bool = False, sharp: Optional[Union[int, str]] = None,
+        sharp_angle: Optional[float] = None, sharp_borders: bool = False,
+        sharp_fill: Optional[Literal["surface", "nan"]] = None, threads: Optional[Union[int, str]] = None,
         memory: Optional[Value] = None, allow_oversize: bool = False, timeout: Optional[Value] = None,
         max_failures: Optional[Union[int, str]] = None, retry: Optional[Value] = None, reuse: Optional[Value] = None,
         trust: bool = False, fresh: bool = False) -> RunResult: ...
@@ -122,15 +129,18 @@ def sample(vertices: Any, faces: Optional[ArrayLike] = None, n: int = 2048, *,
            threads: int = 0, timeout: Optional[float] = None, method: MethodWord = "auto", density_floor: float = 0.02,
            density_exponent: float = 1.0, sequence: SequenceWord = "shifted", spacing: SpacingWord = "default",
            finish: FinishWord = "none", order: OrderWord = "progressive", curve: Optional[CurveWord] = None,
-           seed: int = 1, normalize: NormalizeWord = "none", curved: bool = False, bins: int = 32) -> Samples: ...
+           seed: int = 1, normalize: NormalizeWord = "none", curved: bool = False, sharp: Optional[int] = None,
+           sharp_angle: float = 30.0, sharp_borders: bool = False, sharp_fill: Sharp_fillWord = "surface",
+           bins: int = 32) -> Samples: ...
 def sample_file(path: Path, n: int = 2048, *, density: Union[str, ArrayLike, Function] = "uniform",
                 density_at: Optional[Place] = None, describe: Union[str, Sequence[str]] = (), threads: int = 0,
                 timeout: Optional[float] = None, method: MethodWord = "auto", density_floor: float = 0.02,
                 density_exponent: float = 1.0, sequence: SequenceWord = "shifted", spacing: SpacingWord = "default",
                 finish: FinishWord = "none", order: OrderWord = "progressive", curve: Optional[CurveWord] = None,
                 seed: int = 1, normalize: NormalizeWord = "none", curved: bool = False, colors: bool = False,
-                texcoord: bool = False, attributes: Union[str, Sequence[str]] = (), topology: bool = True,
-                bins: int = 32) -> Samples: ...
+                texcoord: bool = False, attributes: Union[str, Sequence[str]] = (), sharp: Optional[int] = None,
+                sharp_angle: float = 30.0, sharp_borders: bool = False, sharp_fill: Sharp_fillWord = "surface",
+                topology: bool = True, bins: int = 32) -> Samples: ...
 @overload
 def sample_many(meshes: Iterable[Any], n: int = 2048, *, threads: int = 0, errors: Literal["raise"] = "raise",
                 density: Union[str, Function] = "uniform", density_at: Optional[Place] = None,
@@ -139,7 +149,8 @@ def sample_many(meshes: Iterable[Any], n: int = 2048, *, threads: int = 0, error
                 sequence: SequenceWord = "shifted", spacing: SpacingWord = "default", finish: FinishWord = "none",
                 order: OrderWord = "progressive", curve: Optional[CurveWord] = None, seed: int = 1,
                 normalize: NormalizeWord = "none", curved: bool = False, colors: bool = False, texcoord: bool = False,
-                attributes: Union[str, Sequence[str]] = (), topology: bool = True,
+                attributes: Union[str, Sequence[str]] = (), sharp: Optional[int] = None, sharp_angle: float = 30.0,
+                sharp_borders: bool = False, sharp_fill: Sharp_fillWord = "surface", topology: bool = True,
                 bins: int = 32) -> Iterator[Samples]: ...
 @overload
 def sample_many(meshes: Iterable[Any], n: int = 2048, *, threads: int = 0, errors: Literal["return"],
@@ -149,7 +160,8 @@ def sample_many(meshes: Iterable[Any], n: int = 2048, *, threads: int = 0, error
                 sequence: SequenceWord = "shifted", spacing: SpacingWord = "default", finish: FinishWord = "none",
                 order: OrderWord = "progressive", curve: Optional[CurveWord] = None, seed: int = 1,
                 normalize: NormalizeWord = "none", curved: bool = False, colors: bool = False, texcoord: bool = False,
-                attributes: Union[str, Sequence[str]] = (), topology: bool = True,
+                attributes: Union[str, Sequence[str]] = (), sharp: Optional[int] = None, sharp_angle: float = 30.0,
+                sharp_borders: bool = False, sharp_fill: Sharp_fillWord = "surface", topology: bool = True,
                 bins: int = 32) -> Iterator[Union[Samples, Exception]]: ...
 def describe(vertices: Any, faces: Optional[ArrayLike] = None, descriptors: Union[str, Sequence[str]] = "pairs", *,
              n: int = 1024, seed: int = 1, bins: int = 32, content: Content = None, check: bool = True,
@@ -168,7 +180,9 @@ def remesh(vertices: Any, faces: Optional[ArrayLike] = None, n: int = 2048, *, s
            content: Content = None, check: bool = True, threads: int = 0, timeout: Optional[float] = None,
            crease_angle: float = 40.0, fit: bool = False, method: MethodWord = "auto", density_floor: float = 0.02,
            density_exponent: float = 1.0, spacing: SpacingWord = "default", finish: FinishWord = "none",
-           order: OrderWord = "progressive", curve: Optional[CurveWord] = None, seed: int = 1) -> RemeshedMesh: ...
+           order: OrderWord = "progressive", curve: Optional[CurveWord] = None, seed: int = 1,
+           sharp: Optional[int] = None, sharp_angle: float = 30.0, sharp_borders: bool = False,
+           sharp_fill: Sharp_fillWord = "surface") -> RemeshedMesh: ...
 
 class SignedDistances:
     distance: NDArray[numpy.float64]

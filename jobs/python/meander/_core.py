@@ -322,7 +322,7 @@ def _members_of(row):
     members["names"] = json.loads(members["names"] or "{}")
     for name in ("bbox", "loc"):
         members[name] = members[name].copy()
-    for name in ("area", "measure", "scale"):
+    for name in ("area", "measure", "scale", "sharp_length"):
         members[name] = float.fromhex(members[name])
     members["content"] = bytes.fromhex(members["content"])
     return members

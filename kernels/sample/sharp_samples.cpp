@@ -1,0 +1,126 @@
+#include "kernels/sample/sharp_samples.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <numeric>
+#include <vector>
+
+#include "kernels/sample/point_frames.h"
+
+namespace meander {
+
+namespace {
+
+// The key of the positions along edges, which has nothing to do with those of the samples.
+RandomKey sharp_key(RandomKey key) {
+  const PhiloxBlock words = random_words(key, Stream::sharp_edges, 0);
+  return {{words[0], words[1]}};
+}
+
+Vector3 unit_vector(Vector3 v) {
+  const double length = norm(v);
+  return length > 0 ? (1 / length) * v : Vector3{};
+}
+
+Vector3 unit_normal(const PreparedMesh& mesh, std::uint32_t t) {
+  const std::uint32_t* const corner = &mesh.triangles[3 * std::size_t{t}];
+  const Vector3 a = mesh.position(corner[0]);
+  return unit_vector(cross(mesh.position(corner[1]) - a, mesh.position(corner[2]) - a));
+}
+
+// Mean of the normals at an edge along `along`. Both faces look to one side of the surface where their
+// insides, seen along the edge, lie on different sides of it: otherwise one of them is wound the other way.
+Vector3 edge_normal(const PreparedMesh& mesh, const SharpEdges& edges, std::size_t e, Vector3 along) {
+  const std::uint32_t first = edges.triangle[2 * e], second = edges.triangle[2 * e + 1];
+  const Vector3 of_first = unit_normal(mesh, first);
+  if (second == no_index) return of_first;
+  Vector3 of_second = unit_normal(mesh, second);
+  const Vector3 start = mesh.position(edges.start[e]);
+  const auto side = [&](std::uint32_t t, Vector3 normal) {
+    return dot(cross(along, mesh.centroid(t) - start), normal) > 0;
+  };
+  if (side(first, of_first) == side(second, of_second)) of_second = -1 * of_second;
+  const Vector3 sum = of_first + of_second;
+  constexpr double folded = 1e-6;  // the faces lie on each other
+  return norm(sum) > folded ? unit_vector(sum) : of_first;
+}
+
+void append_vector(std::vector<float>& values, Vector3 v) {
+  // Without negative zeros.
+  for (const double x : {v.x, v.y, v.z}) values.push_back(static_cast<float>(x) + 0.0f);
+}
+
+void fill_without_edges(const PreparedMesh& mesh, const SharpParameters& parameters, Samples& samples) {
+  const std::size_t count = parameters.samples;
+  samples.sharp_edge.assign(count, no_sharp_edge);
+  if (parameters.fill == SharpFill::nan) {
+    constexpr float nan = std::numeric_limits<float>::quiet_NaN();
+    for (auto* const values : {&samples.sharp_points, &samples.sharp_normals, &samples.sharp_tangents})
+      values->assign(3 * count, nan);
+    return;
+  }
+  for (std::size_t s = 0; s < count; ++s) {
+    const std::size_t i = s % samples.count();
+    for (std::size_t k = 0; k < 3; ++k) {
+      samples.sharp_points.push_back(samples.points[3 * i + k]);
+      samples.sharp_normals.push_back(samples.normals[3 * i + k]);
+    }
+    const std::uint32_t* const corner = &mesh.triangles[3 * std::size_t{samples.triangle[i]}];
+    append_vector(samples.sharp_tangents, unit_vector(mesh.position(corner[1]) - mesh.position(corner[0])));
+  }
+}
+
+}  // namespace
+
+SharpEdges sharp_edges_of(const PreparedMesh& mesh, const SharpParameters& parameters) {
+  SharpEdgeParameters wanted;
+  wanted.angle = parameters.angle;
+  wanted.borders = parameters.borders;
+  return find_sharp_edges(mesh, wanted);
+}
+
+void add_sharp_samples(const PreparedMesh& mesh, const SharpEdges& edges, const SharpParameters& parameters,
+                       OrderKind order, double jitter, RandomKey key, const CancelToken& cancel, Row& row) {
+  const std::uint32_t count = parameters.samples;
+  Samples& samples = row.samples;
+  for (auto* const values : {&samples.sharp_points, &samples.sharp_normals, &samples.sharp_tangents}) {
+    values->clear();
+    values->reserve(3 * std::size_t{count});
+  }
+  samples.sharp_edge.clear();
+  row.report.sharp_edges = 0;
+  row.report.sharp_length = edges.length() * mesh.unit;
+  if (!(row.report.sharp_length > 0)) {
+    row.report.sharp_length = 0;
+    return fill_without_edges(mesh, parameters, samples);
+  }
+  row.report.sharp_edges = static_cast<std::uint32_t>(edges.count());
+  const RandomKey own = sharp_key(key);
+  const std::vector<double> shares = sample_sequence(SequenceKind::shifted, count, jitter, own);
+  const EdgePoints at = points_on_edges(mesh, edges, shares);
+  cancel.check();
+  std::vector<std::uint32_t> rank_of(count);
+  if (order == OrderKind::progressive)
+    rank_of = progressive_order(count, own);
+  else
+    std::iota(rank_of.begin(), rank_of.end(), 0u);
+  std::vector<double> points;
+  points.reserve(3 * std::size_t{count});
+  samples.sharp_edge.reserve(count);
+  for (const std::uint32_t rank : rank_of) {
+    const std::uint32_t e = at.edge[rank];
+    for (std::size_t k = 0; k < 3; ++k) points.push_back(at.point[3 * std::size_t{rank} + k]);
+    const Vector3 along = unit_vector(mesh.position(edges.end[e]) - mesh.position(edges.start[e]));
+    append_vector(samples.sharp_normals, edge_normal(mesh, edges, e, along));
+    append_vector(samples.sharp_tangents, along);
+    samples.sharp_edge.push_back(e);
+  }
+  const ItemReport& report = row.report;
+  samples.sharp_points =
+      stored_points(points, mesh, {{report.loc[0], report.loc[1], report.loc[2]}, report.scale});
+}
+
+}  // namespace meander

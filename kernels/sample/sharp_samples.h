@@ -1,0 +1,45 @@
+// Samples on the sharp edges of a surface, evenly spread by length.
+#pragma once
+
+#include <cstdint>
+
+#include "kernels/core/cancel.h"
+#include "kernels/core/random.h"
+#include "kernels/core/words.h"
+#include "kernels/data/samples.h"
+#include "kernels/mesh/prepared_mesh.h"
+#include "kernels/query/sharp_edges.h"
+#include "kernels/sample/place_samples.h"
+
+namespace meander {
+
+// What stands in for the points of a model without a sharp edge: its samples, or NaN.
+enum class SharpFill : std::uint8_t { surface, nan };
+inline constexpr Word<SharpFill> sharp_fill_words[] = {{"surface", SharpFill::surface},
+                                                       {"nan", SharpFill::nan}};
+
+struct SharpParameters {
+  std::uint32_t samples = 0;  // of a model; 0: none
+  double angle = 30;          // degrees, see SharpEdgeParameters
+  bool borders = false;       // of these, too
+  SharpFill fill = SharpFill::surface;
+};
+
+// The edges that the parameters ask for. See find_sharp_edges.
+SharpEdges sharp_edges_of(const PreparedMesh& mesh, const SharpParameters& parameters);
+
+// Adds the points on the edges to a row whose samples are placed, in its frame, and what the report says of
+// them. Positions along the edges are those of the sequence `shifted`, with the jitter of the samples
+// (sample_sequence), whose numbers are drawn from `key` apart from those of the samples; in the file they are
+// ordered as samples are. The normal at a point is the mean of those of the two faces at its edge, turned as
+// the first of them is; that of the first where the faces lie on each other. Without a sharp edge, or with
+// edges of no length, the samples of the row stand in, from the front again where there are fewer of them,
+// with normals, and with tangents from one corner of their triangle to the next; or NaN. O(S log E). Throws
+// timeout / RunCanceled.
+void add_sharp_samples(const PreparedMesh& mesh, const SharpEdges& edges, const SharpParameters& parameters,
+                       OrderKind order, double jitter, RandomKey key, const CancelToken& cancel, Row& row);
+
+// Upper bound of the bytes that finding edges and placing points take, beside the row; and those of the row.
+constexpr double sharp_bytes(double samples, double triangles) { return 130 * samples + 400 * triangles; }
+
+}  // namespace meander

@@ -1,0 +1,171 @@
+// `run --sharp` as a user sees it: its columns, and all that is done with such stores.
+#include <fmt/format.h>
+
+#include <cmath>
+#include <csignal>
+#include <filesystem>
+
+#include "io/store/store_reader.h"
+#include "support/catch.h"
+#include "support/fault_program.h"
+#include "support/meander_program.h"
+#include "support/mesh_files.h"
+#include "support/store_rows.h"
+#include "support/test_meshes.h"
+
+using namespace meander;
+using namespace meander::test;
+using Catch::Matchers::ContainsSubstring;
+
+namespace {
+
+namespace fs = std::filesystem;
+using Words = std::vector<std::string>;
+
+Words joined(Words words, const Words& more) {
+  words.insert(words.end(), more.begin(), more.end());
+  return words;
+}
+
+ProcessResult run_sets(const fs::path& input, const fs::path& store, const Words& more) {
+  return meander_with(joined({"run", input.string(), "-o", store.string(), "--progress", "none"}, more));
+}
+
+void put_models(const fs::path& folder) {
+  fs::create_directories(folder);
+  write_mesh(folder / "a_cube.off", cube(), MeshFile::off);
+  write_mesh(folder / "b_ball.off", icosphere(3), MeshFile::off);
+  write_mesh(folder / "c_far.off", moved(cube(), 3, 1e4, 0, -1e4), MeshFile::off);
+  write_file(folder / "d_broken.off", "OFF\nnothing\n");
+  write_mesh(folder / "e_plate.off", two_sided_plate(4, 0.1), MeshFile::off);
+}
+
+void require_verified(const fs::path& store) {
+  const ProcessResult result = meander_with({"verify", store.string()});
+  INFO(result.out << result.err);
+  REQUIRE(result.exit_code == 0);
+}
+
+}  // namespace
+
+TEST_CASE("run --sharp: every model has its points, and those without a sharp edge are counted") {
+  const ScratchFolder scratch;
+  put_models(scratch / "in");
+  const ProcessResult result = run_sets(scratch / "in", scratch / "s.h5", {"-n", "64", "--sharp", "240"});
+  INFO(result.out << result.err);
+  REQUIRE(result.exit_code == 3);  // the broken file
+  CHECK_THAT(result.out, ContainsSubstring("no sharp edge"));
+  require_verified(scratch / "s.h5");
+  const Row square = row_of(scratch / "s.h5", "a_cube.off");
+  CHECK(square.report.sharp_edges == 12);
+  CHECK(square.report.sharp_length == Approx(24));
+  REQUIRE(square.samples.sharp_points.size() == 720);
+  CHECK(square.samples.points.size() == 192);
+  for (std::size_t i = 0; i < 240; ++i) {
+    int at_side = 0;
+    for (std::size_t k = 0; k < 3; ++k)
+      at_side += std::abs(square.samples.sharp_points[3 * i + k]) > 0.99999f;
+    CHECK(at_side >= 2);
+  }
+  const Row far = row_of(scratch / "s.h5", "c_far.off");
+  CHECK(far.report.sharp_length == Approx(72));
+  const Row ball = row_of(scratch / "s.h5", "b_ball.off");
+  CHECK(ball.report.sharp_edges == 0);
+  CHECK(ball.samples.sharp_edge == std::vector<std::uint32_t>(240, no_sharp_edge));
+  CHECK(
+      std::equal(ball.samples.points.begin(), ball.samples.points.end(), ball.samples.sharp_points.begin()));
+  const ProcessResult info = meander_with({"info", "--json", (scratch / "s.h5").string()});
+  CHECK_THAT(info.out, ContainsSubstring("\"items_without_sharp_edge\":1"));
+  CHECK_THAT(info.out, ContainsSubstring("sharp/points"));
+  const ProcessResult item = meander_with({"info", "--json", (scratch / "s.h5").string(), "a_cube.off"});
+  CHECK_THAT(item.out, ContainsSubstring("\"sharp_edges\":12"));
+
+  REQUIRE(run_sets(scratch / "in", scratch / "n.h5",
+                   {"-n", "64", "--sharp", "240", "--sharp-fill", "nan", "--sharp-angle", "91"})
+              .exit_code == 3);
+  require_verified(scratch / "n.h5");
+  CHECK(std::isnan(row_of(scratch / "n.h5", "a_cube.off").samples.sharp_points.front()));
+  // The samples are those of a store without the option.
+  REQUIRE(run_sets(scratch / "in", scratch / "p.h5", {"-n", "64"}).exit_code == 3);
+  CHECK(row_of(scratch / "p.h5", "c_far.off").samples.points == far.samples.points);
+}
+
+TEST_CASE("run --sharp: threads, kills, shards and merges give the same bytes, whatever fits into a chunk") {
+  const ScratchFolder scratch;
+  put_models(scratch / "in");
+  // Several rows in a chunk; one row; sharp points alone, and samples alone, in several chunks of a row.
+  const Words sizes[] = {{"-n", "100", "--sharp", "40"},
+                         {"-n", "100", "--sharp", "3000"},
+                         {"-n", "64", "--sharp", "100000"},
+                         {"-n", "100000", "--sharp", "64"}};
+  for (const Words& size : sizes) {
+    CAPTURE(size);
+    const Words words = joined(size, {"--normalize", "unit-sphere"});
+    const fs::path folder = scratch / ("set" + size[1] + size[3]);
+    fs::create_directories(folder);
+    REQUIRE(run_sets(scratch / "in", folder / "one.h5", joined(words, {"-j", "1"})).exit_code == 3);
+    require_verified(folder / "one.h5");
+    const std::string expected = read_file(folder / "one.h5");
+    REQUIRE(run_sets(scratch / "in", folder / "two.h5", joined(words, {"-j", "4"})).exit_code == 3);
+    CHECK(read_file(folder / "two.h5") == expected);
+
+    const Words plan = {"plan", (scratch / "in").string(), "-o", (folder / "array.h5").string(), "--shards",
+                        "2"};
+    REQUIRE(meander_with(joined(plan, words)).exit_code == 0);
+    for (const char* shard : {"0/2", "1/2"})
+      meander_with({"run", (folder / "array.h5.run").string(), "--shard", shard, "--progress", "none"});
+    REQUIRE(meander_with({"merge", (folder / "array.h5.run").string()}).exit_code == 3);
+    CHECK(read_file(folder / "array.h5") == expected);
+
+    ProcessOptions killed;
+    killed.environment = {{"MEANDER_TEST_FAULT", "kill:c_far"}};
+    const Words command = {fault_program,
+                           "run",
+                           (scratch / "in").string(),
+                           "-o",
+                           (folder / "k.h5").string(),
+                           "--progress",
+                           "none",
+                           "-j",
+                           "1"};
+    REQUIRE(run_process(joined(command, words), killed).signal == SIGKILL);
+    REQUIRE(run_process(joined(command, words)).exit_code == 3);
+    CHECK(read_file(folder / "k.h5") == expected);
+
+    REQUIRE(run_sets(scratch / "in", folder / "reused.h5", joined(words, {"--reuse", folder / "one.h5"}))
+                .exit_code == 3);
+    CHECK(read_file(folder / "reused.h5") == expected);
+  }
+}
+
+TEST_CASE("run --sharp: a store is continued only with the same edges, and exports have them") {
+  const ScratchFolder scratch;
+  put_models(scratch / "in");
+  const Words words = {"-n", "50", "--sharp", "60", "--normalize", "unit-box"};
+  REQUIRE(run_sets(scratch / "in", scratch / "s.h5", words).exit_code == 3);
+  const ProcessResult other =
+      run_sets(scratch / "in", scratch / "s.h5", joined(words, {"--sharp-angle", "40"}));
+  CHECK(other.exit_code == 2);
+  CHECK_THAT(other.err, ContainsSubstring("sharp_angle"));
+  const ProcessResult alone = run_sets(scratch / "in", scratch / "x.h5", {"--sharp-fill", "nan"});
+  CHECK(alone.exit_code == 2);
+  CHECK_THAT(alone.err, ContainsSubstring("--sharp"));
+  const ProcessResult npz =
+      meander_with({"export", (scratch / "s.h5").string(), "-o", (scratch / "out").string(), "--format",
+                    "npz", "--arrays", "points,sharp_points,sharp_normals,sharp_edge", "--frame", "file"});
+  INFO(npz.out << npz.err);
+  REQUIRE(npz.exit_code == 0);
+  const std::string file = read_file(scratch / "out/a_cube.off.npz");
+  CHECK(contains(file, "sharp_points.npy"));
+  CHECK(contains(file, "'descr': '<f8', 'fortran_order': False, 'shape': (60, 3)"));
+  REQUIRE(run_sets(scratch / "in", scratch / "plain.h5", {"-n", "50"}).exit_code == 3);
+  const ProcessResult without =
+      meander_with({"export", (scratch / "plain.h5").string(), "-o", (scratch / "no").string(), "--format",
+                    "npz", "--arrays", "sharp_points"});
+  CHECK(without.exit_code == 2);
+  CHECK_THAT(without.err, ContainsSubstring("--sharp"));
+  const ProcessResult merged =
+      meander_with({"merge", (scratch / "s.h5").string(), (scratch / "plain.h5").string(), "-o",
+                    (scratch / "m.h5").string()});
+  CHECK(merged.exit_code == 2);
+}
