@@ -184,7 +184,6 @@ WindingChange winding_change(const BoundaryField& field, Vector3 point, double t
   // second r^2 / 2 + uncertain r = tolerance
   const double reach =
       2 * tolerance / (uncertain + std::sqrt(uncertain * uncertain + 2 * second * tolerance));
-  change.nearest = distance;
   change.radius = std::min(largest_share * distance, reach);
   return change;
 }

@@ -39,8 +39,7 @@ constexpr double boundary_field_bytes(double edges) { return 150 * edges + 4096;
 // Where no triangle is crossed the winding number changes by the gradient times the way.
 struct WindingChange {
   Vector3 gradient;
-  double radius = 0;   // within it the change differs from that by less than the tolerance
-  double nearest = 0;  // distance of the nearest edge, or less
+  double radius = 0;  // within it the change differs from that by less than the tolerance
 };
 
 // The gradient of the winding number, which is the field of a current along the edges (Biot and Savart;

@@ -18,16 +18,16 @@ namespace {
 constexpr std::size_t side_block = 512, area_places = 512;
 // Bounds of the errors of winding numbers: near the threshold, and of all others, for which the one of the
 // expansion is usual_bound. On real models they err by 500 times less than that.
-constexpr double strict_bound = 0.02, usual_bound = 10, usual_error = 0.1;
+constexpr double strict_bound = 0.02, usual_bound = 10, usual_error = 0.1, near_threshold = 0.05;
 constexpr double whole_bound = 0.25;
 // What the gradient may add to errors; beyond largest_error in all, a number is computed anew. Beyond
 // anchor_share of the reach of one anchor the next one is set.
 constexpr double change_bound = 0.5, change_tolerance = 0.02, largest_error = 0.2, anchor_share = 0.7;
 // Working units: closer, the side of a point is beyond double.
 constexpr double on_surface = 1e-13;
-// A side is in doubt where the winding number is within the first of one half, and an open edge is nearer
-// than so many times the distance from the surface.
-constexpr double doubtful_winding = 0.35, doubtful_distance = 2;
+// Where the nearest point lies on an open edge a side is in doubt, unless the winding number is within this
+// of a whole one, as it is from about four radii of a hole above its middle on.
+constexpr double nearly_whole = 0.03;
 // Weights within this of 0 are those of points on an edge.
 constexpr double on_edge = 1e-12;
 
@@ -142,7 +142,7 @@ bool step_to(const WindingWork& work, std::uint32_t before, std::uint32_t i, Anc
 }
 
 bool is_near_threshold(double winding, double error) {
-  return std::abs(std::abs(winding) - 0.5) < uncertain_winding + error;
+  return std::abs(std::abs(winding) - 0.5) < near_threshold + error;
 }
 
 void set_anchor(const WindingWork& work, Vector3 here, double winding, double error, Anchor& anchor) {
@@ -155,13 +155,10 @@ void set_anchor(const WindingWork& work, Vector3 here, double winding, double er
   anchor.known = true;
 }
 
-// Whether an open edge may have made the side: the nearest point lies on one, or one is about as near and the
-// winding number far from a whole one. Where it is 1 or more all that may be missing adds to an inside.
+// Whether what is missing beside an open edge may have made the side: it is the nearest. Where the winding
+// number is 1 or more all that may be missing adds to an inside.
 bool is_doubtful(const WindingWork& work, std::uint32_t i, double winding) {
-  if (std::abs(winding) < 1 && is_open(work.oriented, work.nearest, i)) return true;
-  return std::abs(std::abs(winding) - 0.5) < doubtful_winding &&
-         winding_change(work.boundary, point_at(work.points, i), change_bound).nearest <
-             doubtful_distance * work.nearest.distance[i];
+  return std::abs(winding) < 1 && to_whole(winding) > nearly_whole && is_open(work.oriented, work.nearest, i);
 }
 
 void walk(const WindingWork& work, std::span<const std::uint32_t> run, PointSides& out) {

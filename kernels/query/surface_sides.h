@@ -26,8 +26,9 @@ inline constexpr Word<SignRule> sign_rule_words[] = {{"none", SignRule::none},
                                                      {"winding", SignRule::winding},
                                                      {"closed", SignRule::closed}};
 
-// By the rule `winding`, sides within this of the threshold are uncertain.
-inline constexpr double uncertain_winding = 0.05;
+// By the rule `winding`, sides within this of the threshold, one half, are uncertain: above and below a hole
+// the winding number is fractional, and what is missing may lie on either side of the point.
+inline constexpr double uncertain_winding = 0.35;
 // Surfaces are nearly closed where the winding number beside this share of their area, at least, is within
 // one fifth of a whole number: 0 outside of a closed surface and 1 inside of it, one half on both sides of a
 // sheet.
@@ -61,8 +62,8 @@ SignRule sign_rule(const PreparedMesh& mesh, const TriangleTree& tree, const Ori
 // what the open edges make of the way (winding_change), where their field is even enough; and those of all
 // triangles elsewhere, strictly within an error of 0.02 near the threshold, to which the way adds 0.02. Far
 // from it they err by 0.01, and 0.1 at most, on real models. Uncertain within uncertain_winding of the
-// threshold; where the nearest point lies on an open edge and the number is below 1; and where it is within
-// 0.35 of the threshold and an open edge is nearer than twice the surface.
+// threshold, and where the nearest point lies on an open edge, unless the number is within 0.03 of a whole
+// one, or above 1.
 // Shell: see shell_side; points of cells of the surface have the side of a point up to a cell away, if a way
 // along the curve leads there past all triangles.
 //

@@ -77,8 +77,9 @@ inline void remove_polygons(PolygonMesh& mesh, const std::vector<std::uint8_t>& 
   mesh.coordinates.corner.clear();
 }
 
-// Balls of triangles around some of them, until that share of the area is gone. Numbers of triangles stay.
-inline PolygonMesh with_holes(const PolygonMesh& file, double share, std::uint64_t seed) {
+// Without balls of triangles around some of them, until that share of the area is gone. size: their radius,
+// over that of a side of a cube of the same area. Numbers of triangles stay.
+inline PolygonMesh with_holes(const PolygonMesh& file, double share, std::uint64_t seed, double size = 0.17) {
   const PreparedMesh mesh = prepare_mesh(file);
   PolygonMesh out;
   for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v) {
@@ -96,7 +97,7 @@ inline PolygonMesh with_holes(const PolygonMesh& file, double share, std::uint64
     const double u = random_pair(key, Stream::sequence, hole).first;
     const Vector3 middle =
         mesh.centroid(static_cast<std::size_t>(u * static_cast<double>(mesh.triangle_count())));
-    const double radius = 0.12 * std::sqrt(mesh.total_area / 12);
+    const double radius = size * std::sqrt(mesh.total_area / 24);
     for (std::size_t t = 0; t < removed.size() && gone < share * mesh.total_area; ++t) {
       if (removed[t] != 0 || distance(mesh.centroid(t), middle) > radius) continue;
       removed[t] = 1;

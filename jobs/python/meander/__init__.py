@@ -680,7 +680,7 @@ def signed_distance(vertices, faces=None, points=None, *, sign="auto", check=Tru
     vertices, faces: as in sample, or a Mesh. points: (n, 3) real numbers in the coordinates of the mesh.
     sign: the rule that sides are told by. "closed": every component is closed; inside is where the surface winds around the
         point. "winding": the surface is nearly closed; inside is where the generalized winding number (Jacobson et al. 2013) is
-        at least one half, uncertain within 0.05 of that, and beside open edges. "shell": for any triangles; inside is what
+        at least one half, uncertain within 0.35 of that, and beside open edges. "shell": for any triangles; inside is what
         cannot be reached from outside but through gaps narrower than 1/124 of the longest side, cavities included; uncertain
         in walls and gaps thinner than that. "none": distances have no sign. "auto": the first of the others that suits the
         surface, `sign` of the result says which.
