@@ -113,9 +113,15 @@ MEANDER_INLINE void search(const TriangleTree& tree, Vector3 point, double exten
       unsigned near = lanes::bits_of(squared <= reach) & ((1u << count) - 1);
       float gaps[lanes::count];
       lanes::store(squared, gaps);
-      for (; near != 0; near &= near - 1) {
-        const auto lane = static_cast<std::size_t>(std::countr_zero(near));
-        if (gaps[lane] > reach) continue;
+      // The nearest first, which leaves out most of the others.
+      while (near != 0) {
+        auto lane = static_cast<std::size_t>(std::countr_zero(near));
+        for (unsigned rest = near & (near - 1); rest != 0; rest &= rest - 1) {
+          const auto other = static_cast<std::size_t>(std::countr_zero(rest));
+          if (gaps[other] < gaps[lane]) lane = other;
+        }
+        if (gaps[lane] > reach) break;
+        near &= ~(1u << lane);
         if (look_at(tree, point, begin + lane, found)) reach = reach_of(found, slack);
       }
     }
