@@ -7,7 +7,8 @@ For every mesh and k, means over the sets of
   random points: the first k of n random points;
   farthest points: k of n random points, each the farthest from all before it (as training scripts take them);
   Yuksel's own code (--yuksel: the folder of github.com/cemyuksel/cyCodeBase): k of n random points by elimination;
-  the first k of n samples of Meander, by default and with sequence="spaced".
+  the first k of n samples of Meander, by default and with sequence="spaced";
+and the least error that is known to be possible for k points.
 Error: root mean square error of the share of points in random rotated boxes, relative to random points (the same boxes for
 all). rho: the smallest distance over that of the hexagonal lattice of k points. Time: microseconds of one core to choose
 the k points, for each of them; a prefix costs nothing. Needs numpy, a Python package of Meander with the laboratory
@@ -62,8 +63,10 @@ def main():
                 for seed in range(1, arguments.sets + 1):
                     for name, points, seconds in sets_of(mesh, arguments.points, k, seed, eliminate):
                         error = meander.measure_boxes(points, mesh)
+                        limit = error.limit
                         found.setdefault(name, []).append(
                             (error * error, smallest_distance(points.astype(float)) / hexagonal, 1e6 * seconds / k))
+                print(f"| {path.stem} | {k} of {arguments.points} | limit | {limit:.3f} | 1 | |")
                 for name, rows in found.items():
                     square, rho, each = np.mean(rows, axis=0)
                     print(f"| {path.stem} | {k} of {arguments.points} | {name} | {math.sqrt(square):.3f} | {rho:.2f} | "
