@@ -32,6 +32,10 @@ WorkCosts costs_of(const SampleParameters& parameters) {
     costs.model += 0.3e-6 * parameters.sharp.samples;
     costs.triangle += 1e-6;
   }
+  if (parameters.queries.any()) {
+    costs.model += 2e-6 * query_count(parameters.queries.terms) + 0.01;
+    costs.triangle += 3e-6;
+  }
   // Descriptors of single samples and those of all pairs, on average.
   costs.sample += 1.1e-6 * static_cast<double>(parameters.describe.descriptors.size());
   return costs;

@@ -112,14 +112,16 @@ void for_each_chunk(const StoreHeader& header, const Visit& visit) {
 // spent: the same samples, whose arrays are freed as soon as they are encoded; may be null.
 void append_samples(const StoreHeader& header, const Samples& samples, Samples* spent,
                     std::vector<std::byte>& out) {
+  std::vector<std::byte> scratch;
   for_each_chunk(header, [&](const DatasetSpec& spec, const ChunkShape& chunk, std::uint32_t part) {
-    const std::span<const std::byte> row = spec.view(samples);
+    const std::size_t each = std::max<std::size_t>(spec.width, 1), all = points_of(header, spec) * each;
     if (chunk.rows > 1) {
+      const auto row = spec.stored(samples, 0, all, scratch);
       out.insert(out.end(), row.begin(), row.end());
     } else {
-      const std::size_t chunk_bytes = chunk.samples * value_bytes(spec), begin = part * chunk_bytes;
-      append_chunk(spec, chunk, row.subspan(begin, std::min(chunk_bytes, row.size() - begin)),
-                   header.compression, out);
+      const std::size_t begin = part * chunk.samples * each,
+                        end = std::min(all, begin + chunk.samples * each);
+      append_chunk(spec, chunk, spec.stored(samples, begin, end, scratch), header.compression, out);
     }
     if (spent != nullptr && part + 1 == chunk.chunks_per_row) spec.free(*spent);
   });
@@ -140,7 +142,7 @@ void check_samples(const StoreHeader& header, const Samples& samples, Status sta
     if (spec.role != Role::samples) continue;
     const std::size_t expected =
         spec.set == PointSet::samples || count == 0 ? count : points_of(header, spec);
-    const std::size_t bytes = spec.view(samples).size();
+    const std::size_t bytes = spec.count(samples) * element_size(spec.type);
     if (bytes != expected * value_bytes(spec))
       throw ItemError(Status::internal,
                       fmt::format("{} of a row with status {} has {} bytes instead of {}", spec.path,
@@ -189,17 +191,14 @@ Samples decode_samples(const StoreHeader& header, const RecordParts& parts) {
   Samples samples;
   std::size_t next = 0;
   for_each_chunk(header, [&](const DatasetSpec& spec, const ChunkShape& chunk, std::uint32_t part) {
-    const std::size_t elements = points_of(header, spec) * std::max<std::size_t>(spec.width, 1);
-    const std::span<std::byte> room = spec.room(samples, elements);
-    if (chunk.rows > 1) {
-      std::memcpy(room.data(), parts.samples[next++].data(), room.size());
-      return;
-    }
+    const std::size_t each = std::max<std::size_t>(spec.width, 1), all = points_of(header, spec) * each;
+    if (chunk.rows > 1) return spec.put(parts.samples[next++], 0, all, samples);
     std::vector<std::byte> bytes(chunk.samples * value_bytes(spec));
     if (!unfilter(parts.samples[next++], element_size(spec.type), header.compression, bytes))
       throw ItemError(Status::internal, fmt::format("chunk {} of {} cannot be decoded", part, spec.path));
-    const std::size_t begin = part * bytes.size();
-    std::memcpy(room.data() + begin, bytes.data(), std::min(bytes.size(), room.size() - begin));
+    const std::size_t begin = part * chunk.samples * each,
+                      count = std::min(chunk.samples * each, all - begin);
+    spec.put(std::span<const std::byte>(bytes).first(count * element_size(spec.type)), begin, all, samples);
   });
   return samples;
 }

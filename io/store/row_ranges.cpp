@@ -153,6 +153,13 @@ void check_sample_ranges(const DatasetSpec& spec, std::span<const float> values,
   if ((rule == Values::sharp_points || rule == Values::sharp_vectors) && report.sharp_edges == 0 &&
       std::all_of(values.begin(), values.end(), [](float value) { return std::isnan(value); }))
     return;
+  const bool has_winding = report.sign_rule == StoredSign::winding || report.sign_rule == StoredSign::closed;
+  if (rule == Values::windings && !has_winding) {
+    if (!std::all_of(values.begin(), values.end(), [](float value) { return std::isnan(value); }))
+      complain(fmt::format("has winding numbers in {}, but sides decided by {}", spec.path,
+                           name_of(report.sign_rule)));
+    return;
+  }
   for (const float value : values)
     if (!std::isfinite(value))
       return complain(fmt::format("has a value in {} that is not finite", spec.path));

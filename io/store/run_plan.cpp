@@ -211,6 +211,16 @@ void exchange(Plan& plan, Run& run, auto& columns) {
   plan.list(header.ids, number_bytes, text);
 }
 
+// The sets of points beside the samples.
+template <class Plan>
+void exchange_sets(Plan& plan, auto& columns) {
+  for (auto& count : columns.counts) plan.number(count);
+  plan.truth(columns.sides);
+  plan.truth(columns.nearest);
+  plan.truth(columns.halves);
+  plan.list(columns.query_groups, sizeof(std::uint64_t), [&](auto& name) { plan.text(name); });
+}
+
 std::string plan_text(const RunPlan& run) {
   PlanWriter plan;
   plan.number(store_format_version);
@@ -218,8 +228,7 @@ std::string plan_text(const RunPlan& run) {
   for (const std::int32_t label : run.header.labels) plan.number(label);
   for (std::uint64_t row = 0; row < run.header.ids.size(); ++row) plan.choice(run.header.split(row));
   // Plans of rows without further sets end here, as they did before there were any.
-  if (run.header.columns->has_sets())
-    for (const std::uint32_t count : run.header.columns->counts) plan.number(count);
+  if (run.header.columns->has_sets()) exchange_sets(plan, *run.header.columns);
   return plan.take();
 }
 
@@ -244,8 +253,7 @@ StoredPlan parse_plan(std::string_view text, bool is_earlier, const fs::path& pa
   for (std::int32_t& label : header.labels) plan.number(label);
   header.splits.resize(header.ids.size());
   for (Split& split : header.splits) plan.choice(split);
-  if (!plan.at_end())
-    for (std::uint32_t& count : columns.counts) plan.number(count);
+  if (!plan.at_end()) exchange_sets(plan, columns);
   plan.end();
   if (columns.rows == RowKind::surfaces && (columns.tensors || columns.asked[&Samples::rgb])) plan.damaged();
   try {

@@ -9,6 +9,7 @@
 #include <type_traits>
 
 #include "io/utf8.h"
+#include "kernels/core/half.h"
 
 namespace meander::store {
 
@@ -49,6 +50,41 @@ std::span<std::byte> DatasetSpec::room(Samples& samples, std::size_t count) cons
     values.resize(count);
     return std::as_writable_bytes(std::span(values));
   });
+}
+
+std::size_t DatasetSpec::count(const Samples& samples) const {
+  if (!has_array(*this, samples)) return 0;
+  return with_array_of(*this, samples, [](const auto& values) { return values.size(); });
+}
+
+std::span<const std::byte> DatasetSpec::stored(const Samples& samples, std::size_t begin, std::size_t end,
+                                               std::vector<std::byte>& scratch) const {
+  const std::span<const std::byte> all = view(samples);
+  if (type != ElementType::f16)
+    return all.subspan(begin * element_size(type), (end - begin) * element_size(type));
+  scratch.resize((end - begin) * sizeof(std::uint16_t));
+  for (std::size_t i = begin; i < end; ++i) {
+    float value;
+    std::memcpy(&value, all.data() + i * sizeof value, sizeof value);
+    const std::uint16_t half = half_of(value);
+    std::memcpy(scratch.data() + (i - begin) * sizeof half, &half, sizeof half);
+  }
+  return scratch;
+}
+
+void DatasetSpec::put(std::span<const std::byte> values, std::size_t begin, std::size_t count,
+                      Samples& samples) const {
+  const std::span<std::byte> to = room(samples, count);
+  if (type != ElementType::f16) {
+    std::memcpy(to.data() + begin * element_size(type), values.data(), values.size());
+    return;
+  }
+  for (std::size_t i = 0; i < values.size() / sizeof(std::uint16_t); ++i) {
+    std::uint16_t half;
+    std::memcpy(&half, values.data() + i * sizeof half, sizeof half);
+    const float value = value_of_half(half);
+    std::memcpy(to.data() + (begin + i) * sizeof value, &value, sizeof value);
+  }
 }
 
 void DatasetSpec::free(Samples& samples) const {
@@ -93,9 +129,11 @@ DatasetSpec dataset_of(const StoreColumns& columns, std::size_t number) {
   DatasetSpec spec;
   spec.path = "/" + std::string(column.name);
   spec.role = Role::samples;
-  spec.type = type_of(column).element;
+  spec.type = column.halves && columns.halves ? ElementType::f16 : type_of(column).element;
   spec.width = column.width;
-  spec.fill = spec.type == ElementType::f32 ? fill_nan : fill_ones;
+  spec.fill = spec.type == ElementType::f32   ? fill_nan
+              : spec.type == ElementType::f16 ? fill_half_nan
+                                              : fill_ones;
   spec.unit = column.unit;
   spec.doc = column.doc;
   if (!column.link.empty()) spec.link = "/" + std::string(column.link);
@@ -164,7 +202,7 @@ bool is_any_attribute(const DatasetSpec& spec) {
 std::string shape_text(const DatasetSpec& spec) {
   if (spec.type == ElementType::text) return "(M)";
   if (is_any_attribute(spec)) return "(M, N) or (M, N, W)";
-  const char* const points = spec.set == PointSet::sharp ? "S" : "N";
+  const char* const points = spec.set == PointSet::sharp ? "S" : spec.set == PointSet::queries ? "Q" : "N";
   return per_sample(spec) ? (spec.width > 0 ? fmt::format("(M, {}, {})", points, spec.width)
                                             : fmt::format("(M, {})", points))
                           : (spec.width > 0 ? fmt::format("(M, {})", spec.width) : "(M)");
@@ -264,13 +302,13 @@ DatasetSpec descriptor_dataset(const DescriptorSchema& descriptor) {
 }
 
 std::size_t element_size(ElementType type) {
-  constexpr std::array<std::size_t, 8> sizes = {4, 8, 4, 1, 4, 8, 1, 1};
+  constexpr std::array<std::size_t, 9> sizes = {4, 8, 4, 1, 4, 8, 1, 1, 2};
   return sizes[static_cast<std::size_t>(type)];
 }
 
 std::string_view element_name(ElementType type) {
-  constexpr std::array<std::string_view, 8> names = {"f32", "f64", "i32",     "u8",
-                                                     "u32", "u64", "enum u8", "UTF-8, fixed width"};
+  constexpr std::array<std::string_view, 9> names = {
+      "f32", "f64", "i32", "u8", "u32", "u64", "enum u8", "UTF-8, fixed width", "f16"};
   return names[static_cast<std::size_t>(type)];
 }
 
@@ -315,6 +353,7 @@ std::string fill_text(const DatasetSpec& spec) {
   if (spec.type == ElementType::word) return std::string(spec.words[spec.fill]);
   if (spec.type == ElementType::u8 && spec.fill == fill_ones) return "255";
   if (spec.type == ElementType::f32 && spec.fill == fill_nan) return "NaN";
+  if (spec.type == ElementType::f16 && spec.fill == fill_half_nan) return "NaN";
   if (spec.type == ElementType::i32 && spec.fill == fill_ones) return "-1";
   return spec.fill == fill_ones ? "0xFFFFFFFF" : fmt::format("{}", spec.fill);
 }
@@ -426,7 +465,10 @@ std::string layout_markdown() {
   const auto add = [&](const DatasetSpec& spec, const std::string& shape) {
     const std::string link = spec.link.empty() ? "" : fmt::format(", also `{}`", spec.link);
     const bool any = is_any_attribute(spec);
-    const std::string type = any ? "f32 or i32" : std::string(element_name(spec.type));
+    const bool halves = spec.column != nullptr && spec.column->halves;
+    const std::string type = any      ? "f32 or i32"
+                             : halves ? "f32 or f16"
+                                      : std::string(element_name(spec.type));
     table +=
         fmt::format("| `{}`{} | {} | {} | {} | {} | {} |\n", spec.path, link, type, shape,
                     any ? "NaN or -1" : fill_text(spec), spec.unit,
@@ -438,6 +480,7 @@ std::string layout_markdown() {
   for (std::size_t c = 0; c < sample_columns.size(); ++c) all.asked[c] = sample_columns[c].is_asked_for();
   all.attributes = {{"<name>", 1}, {"object", 1, AttributeKind::classes}};
   all.counts.fill(1);
+  all.sides = all.nearest = true;
   const StoredColumns columns(std::move(all));
   for (const DatasetSpec& spec : datasets_of(columns)) {
     if (spec.path != "/attributes/object") add(spec, shape_text(spec));

@@ -45,8 +45,15 @@ struct DatasetSpec {
   // The dataset as stores of this format version name it.
   std::string path_in(std::uint32_t version) const;
 
-  // Role samples: the array, the same resized to `count` elements, and freed.
+  // Role samples: the array, the same resized to `count` elements, and freed. What stands in memory is what
+  // the dataset holds, but for f16, of which memory has the float values.
   std::span<const std::byte> view(const Samples& samples) const;
+  // How many values the array has; those from `begin` to `end` as the dataset holds them, valid as long as
+  // samples and `scratch`; and the array of `count` values with these, as the dataset holds them, at `begin`.
+  std::size_t count(const Samples& samples) const;
+  std::span<const std::byte> stored(const Samples& samples, std::size_t begin, std::size_t end,
+                                    std::vector<std::byte>& scratch) const;
+  void put(std::span<const std::byte> values, std::size_t begin, std::size_t count, Samples& samples) const;
   std::span<std::byte> room(Samples& samples, std::size_t count) const;
   void free(Samples& samples) const;
   // Role item: the value (value_bytes) to and from a report.

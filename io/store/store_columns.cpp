@@ -23,6 +23,10 @@ bool StoreColumns::applies(std::size_t column) const {
       return asked[column];
     case Having::set:
       return points_of(sample_columns[column].set, 0) > 0;
+    case Having::sides:
+      return sides && points_of(PointSet::queries, 0) > 0;
+    case Having::nearest:
+      return nearest && points_of(PointSet::queries, 0) > 0;
   }
   return false;
 }
@@ -39,6 +43,8 @@ bool StoreColumns::has(const ItemColumn& column) const {
       return has_names();
     case ItemHaving::sharp:
       return points_of(PointSet::sharp, 0) > 0;
+    case ItemHaving::sides:
+      return sides && points_of(PointSet::queries, 0) > 0;
   }
   return false;
 }
@@ -82,6 +88,7 @@ std::string StoreColumns::chosen_text(std::size_t bit) const {
 
 std::string StoreColumns::why_without(std::size_t column) const {
   const SampleColumn& of = sample_columns.at(column);
+  if (of.having == Having::sides && points_of(of.set, 0) > 0) return "it was made with --sign none";
   if (!of.option.empty()) return fmt::format("it was made without --{}", of.option);
   if (rows == RowKind::surfaces) return "its models are parametric surfaces";
   return of.having == Having::surfaces ? "its models are meshes" : "its samples are not anisotropic";

@@ -28,6 +28,10 @@ struct StoreColumns {
   ColumnSet left_out = {};                       // not stored
   std::vector<AttributeColumn> attributes = {};  // ascending by name
   SetCounts counts = {};                         // of the sets beside the samples; 0: rows have none
+  // Of queries: whether they have sides, the nearest point, and float16 in place of float32; and what the
+  // numbers of their groups stand for.
+  bool sides = false, nearest = false, halves = false;
+  std::vector<std::string> query_groups = {};
 
   // Whether samples of this kind have such a column, and whether it is stored.
   bool applies(std::size_t column) const;

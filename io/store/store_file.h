@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <initializer_list>
 #include <memory>
 #include <span>
@@ -142,6 +143,7 @@ class StoreFileReader {
   void open_names();
   void read_facts();
   StoredColumns read_columns(hid_t root) const;
+  void read_query_facts(const std::function<bool(std::string_view)>& lists, StoreColumns& columns) const;
   void read_descriptors();
   void read_block(std::size_t dataset, std::initializer_list<std::uint64_t> first,
                   std::initializer_list<std::uint64_t> counts, std::uint64_t bytes,

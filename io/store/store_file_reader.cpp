@@ -158,6 +158,7 @@ StoredColumns StoreFileReader::read_columns(hid_t root) const {
   const auto lists = [&](std::string_view name) {
     return std::find(list.begin(), list.end(), name) != list.end();
   };
+  if (columns.points_of(PointSet::queries, 0) > 0) read_query_facts(lists, columns);
   for (std::size_t c = 0; c < sample_columns.size(); ++c) {
     const bool is_listed = lists(sample_columns[c].name_in(facts_.format_version));
     if (sample_columns[c].is_asked_for()) columns.asked[c] = columns.asked[c] || is_listed;
@@ -182,6 +183,17 @@ StoredColumns StoreFileReader::read_columns(hid_t root) const {
   } catch (const ItemError& error) {
     throw Hdf5Error(path_.string() + ": " + error.what());
   }
+}
+
+void StoreFileReader::read_query_facts(const std::function<bool(std::string_view)>& lists,
+                                       StoreColumns& columns) const {
+  columns.sides = lists(sample_columns[column_of(&Samples::query_inside)].name);
+  columns.nearest = lists(sample_columns[column_of(&Samples::query_face)].name);
+  const Hdf5Dataset points(H5Dopen2(file_.get(), "/queries/points", H5P_DEFAULT), "open /queries/points");
+  const Hdf5Type type(H5Dget_type(points.get()), "read the type of /queries/points");
+  columns.halves = H5Tget_size(type.get()) == sizeof(std::uint16_t);
+  const Hdf5Dataset kind(H5Dopen2(file_.get(), "/queries/kind", H5P_DEFAULT), "open /queries/kind");
+  columns.query_groups = read_texts(kind.get(), "names");
 }
 
 void StoreFileReader::read_descriptors() {

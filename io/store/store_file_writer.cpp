@@ -81,6 +81,8 @@ void write_dataset_attributes(hid_t dataset, const DatasetSpec& spec, const Stor
   write_attribute(dataset, "description", spec.doc);
   if (!spec.unit.empty()) write_attribute(dataset, "unit", spec.unit);
   if (spec.path == "/points") write_attribute(dataset, "order", header.order);
+  if (spec.column != nullptr && spec.column->values == Values::groups)
+    write_attribute(dataset, "names", header.columns->query_groups);
   if (spec.role == Role::label) write_attribute(dataset, "names", header.label_names);
   if (spec.path == "/items/lacks" || spec.path == "/items/missing") {
     std::vector<std::string> names;
@@ -164,6 +166,7 @@ void StoreFileWriter::create(const StoreHeader& header, std::span<const StorePac
   const Hdf5Group tensor =
       columns.has(&Samples::tensor_direction) ? make_group(file_, "/tensor") : Hdf5Group();
   const Hdf5Group sharp = columns.has(&Samples::sharp_points) ? make_group(file_, "/sharp") : Hdf5Group();
+  const Hdf5Group queries = columns.has(&Samples::query_points) ? make_group(file_, "/queries") : Hdf5Group();
   const Hdf5Group attributes = columns.attributes.empty() ? Hdf5Group() : make_group(file_, "/attributes");
   const Hdf5Group items = make_group(file_, "/items");
   for (const DatasetLayout& dataset : layout_.datasets) {

@@ -259,7 +259,13 @@ void StorePart::read_row(std::uint64_t row, Row& result) const {
       const DatasetSpec& spec = layout.datasets[d].spec;
       if (spec.role == Role::samples) {
         const std::size_t elements = layout.datasets[d].points * std::max<std::size_t>(spec.width, 1);
-        file->read_rows(d, row, 1, spec.room(result.samples, elements));
+        if (spec.type == ElementType::f16) {
+          std::vector<std::byte> halves(layout.datasets[d].row_bytes);
+          file->read_rows(d, row, 1, halves);
+          spec.put(halves, 0, elements, result.samples);
+        } else {
+          file->read_rows(d, row, 1, spec.room(result.samples, elements));
+        }
       } else if (spec.role == Role::descriptor) {
         DescriptorRow& descriptor = result.descriptors.emplace_back();
         descriptor.name = spec.path.substr(spec.path.rfind('/') + 1);

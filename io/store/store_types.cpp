@@ -18,6 +18,14 @@ Hdf5Type make_enum(std::span<const std::string_view> names) {
 
 Hdf5Type copy_type(hid_t type) { return Hdf5Type(H5Tcopy(type), "copy a type"); }
 
+Hdf5Type make_half_type() {
+  Hdf5Type type = copy_type(H5T_IEEE_F32LE);
+  hdf5_check(H5Tset_fields(type.get(), 15, 10, 5, 0, 10), "set the fields of a type");
+  hdf5_check(H5Tset_size(type.get(), 2), "set the size of a type");
+  hdf5_check(H5Tset_ebias(type.get(), 15), "set the bias of a type");
+  return type;
+}
+
 Hdf5Type make_text_type(std::size_t width) {
   Hdf5Type type = copy_type(H5T_C_S1);
   hdf5_check(H5Tset_size(type.get(), width), "set the width of a text");
@@ -51,6 +59,8 @@ Hdf5Type make_type(const DatasetLayout& dataset) {
       return copy_type(H5T_IEEE_F32LE);
     case ElementType::f64:
       return copy_type(H5T_IEEE_F64LE);
+    case ElementType::f16:
+      return make_half_type();
     case ElementType::i32:
       return copy_type(H5T_STD_I32LE);
     case ElementType::u8:

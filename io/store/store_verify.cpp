@@ -15,6 +15,7 @@
 #include "io/store/row_ranges.h"
 #include "io/store/store_file.h"
 #include "io/store/store_reader.h"
+#include "kernels/core/half.h"
 #include "kernels/core/parallel.h"
 
 namespace meander {
@@ -75,10 +76,18 @@ class RowChecker {
     if (spec.type == ElementType::f32)
       return check_sample_ranges(spec, numbers_of<float>(values), report_, columns_->rows,
                                  [this](const std::string& what) { complain("{} {}", name_, what); });
+    if (spec.type == ElementType::f16) {
+      std::vector<float> floats;
+      for (const std::uint16_t half : numbers_of<std::uint16_t>(values))
+        floats.push_back(value_of_half(half));
+      return check_sample_ranges(spec, floats, report_, columns_->rows,
+                                 [this](const std::string& what) { complain("{} {}", name_, what); });
+    }
+    if (spec.type == ElementType::u8 && spec.column != nullptr) return check_bytes(spec, values);
     if (spec.type == ElementType::i32)
       return check_class_ranges(spec, numbers_of<std::int32_t>(values), report_,
                                 [this](const std::string& what) { complain("{} {}", name_, what); });
-    if (spec.type != ElementType::u32) return;  // every byte is a color
+    if (spec.type != ElementType::u32) return;
     const std::vector<std::uint32_t> numbers = numbers_of<std::uint32_t>(values);
     const Values values_are = spec.column == nullptr ? Values::any : spec.column->values;
     if (values_are == Values::sharp_edges) check_edges(spec, numbers);
@@ -113,6 +122,17 @@ class RowChecker {
     for (const std::uint32_t number : numbers)
       if (number >= bound)
         return complain("{} has {} in {}, which must be below {}", name_, number, spec.path, bound);
+  }
+
+  // Every byte is a color.
+  void check_bytes(const DatasetSpec& spec, std::span<const std::byte> values) {
+    const Values rule = spec.column->values;
+    if (rule != Values::truths && rule != Values::groups) return;
+    const std::size_t bound = rule == Values::truths ? 2 : columns_->query_groups.size();
+    for (const std::byte value : values)
+      if (std::to_integer<std::size_t>(value) >= bound)
+        return complain("{} has {} in {}, which must be below {}", name_, std::to_integer<std::size_t>(value),
+                        spec.path, bound);
   }
 
   // A model without sharp edges has points on none.

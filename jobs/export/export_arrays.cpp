@@ -115,7 +115,14 @@ std::string npy_of(const std::string& name, const StoreColumns& columns, PointFr
       return npy_file(points_and_colors(points, std::span(samples.rgb)), 6);
     });
   const SampleColumn& column = sample_columns[column_of_array(name)];
-  if (column.values == Values::at_box || column.values == Values::sharp_points)
+  const bool is_length = column.unit == "length / scale" && column.width != 2;
+  if (is_length && column.width == 0 && frame == PointFrame::file) {
+    std::vector<double> lengths;
+    for (const float value : samples.*std::get<std::vector<float> Samples::*>(column.array))
+      lengths.push_back(row.report.scale * double{value});
+    return npy_file(lengths, 1);
+  }
+  if (is_length && column.width == 3)
     return in_frame(frame, row, samples.*std::get<std::vector<float> Samples::*>(column.array),
                     [](auto points) { return npy_file(points, 3); });
   return with_array(column, samples,

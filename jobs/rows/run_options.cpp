@@ -25,6 +25,14 @@ StoreColumns columns_of(const RunOptions& options) {
   columns.attributes = options.sample.attributes;
   columns.left_out = options.left_out;
   columns.counts[static_cast<std::size_t>(PointSet::sharp)] = options.sample.sharp.samples;
+  const QueryParameters& queries = options.sample.queries;
+  columns.counts[static_cast<std::size_t>(PointSet::queries)] = query_count(queries.terms);
+  if (queries.any()) {
+    columns.sides = queries.sign != SignChoice::none;
+    columns.nearest = queries.nearest;
+    columns.halves = queries.halves;
+    for (const QueryGroup& group : query_groups(queries.terms)) columns.query_groups.push_back(group.name);
+  }
   return columns;
 }
 

@@ -177,6 +177,8 @@ StoreSummary summarize(const StoreReader& store, bool count_descriptors) {
   summary.rows = store.rows();
   summary.has_colors = store.columns().has(&Samples::rgb);
   summary.has_sharp = store.columns().has(&Samples::sharp_points);
+  summary.has_sides = store.columns().has(&Samples::query_inside);
+  summary.queries = store.columns().points_of(PointSet::queries, 0);
   for (std::size_t bit = 0; bit < store.columns().chosen_count(); ++bit)
     summary.lacking.emplace_back(store.columns().chosen_text(bit), 0);
   std::uint32_t missing = ~std::uint32_t{0};  // in all rows that are ok
@@ -189,6 +191,8 @@ StoreSummary summarize(const StoreReader& store, bool count_descriptors) {
       ++summary.by_color_source[static_cast<std::size_t>(report.color_source)];
       if (report.color_fills > 0) ++summary.rows_with_fills;
       if (summary.has_sharp && report.sharp_edges == 0) ++summary.rows_without_sharp;
+      ++summary.by_sign[static_cast<std::size_t>(report.sign_rule)];
+      summary.uncertain += report.uncertain;
       missing &= report.missing;
       for (std::size_t bit = 0; bit < summary.lacking.size(); ++bit)
         summary.lacking[bit].second += report.lacks >> bit & 1;
@@ -268,10 +272,22 @@ void print_sets(const StoreSummary& summary) {
     fmt::print("  {:<20}{:>10}   {} no edge as sharp as --sharp-angle; --sharp-fill stands in\n",
                "no sharp edge", summary.rows_without_sharp,
                summary.rows_without_sharp == 1 ? "this model has" : "these models have");
+  for (std::size_t s = 0; summary.has_sides && s < stored_sign_names.size(); ++s)
+    if (summary.by_sign[s] > 0)
+      fmt::print("  sign: {:<14}{:>10}\n", stored_sign_names[s], summary.by_sign[s]);
+  const std::uint64_t ok = summary.by_status[static_cast<std::size_t>(Status::ok)];
+  if (summary.has_sides && summary.uncertain > 0)
+    fmt::print("  {:<20}{:>10}   points of queries, {:.3g} % of them, have no certain side\n",
+               "uncertain signs", summary.uncertain,
+               100 * static_cast<double>(summary.uncertain) /
+                   (static_cast<double>(ok) * static_cast<double>(summary.queries)));
 }
 
 void write_sets(JsonWriter& json, const StoreSummary& summary) {
   if (summary.has_sharp) json.member("items_without_sharp_edge", summary.rows_without_sharp);
+  if (!summary.has_sides) return;
+  write_counts(json, "sign_rule", stored_sign_names, summary.by_sign);
+  json.member("uncertain_points", summary.uncertain);
 }
 
 void print_lacking(const StoreSummary& summary, const NearAttributes& near) {

@@ -36,7 +36,7 @@ struct StoreSummary {
   std::array<std::uint64_t, color_source_names.size()>
       by_color_source{};              // of ok rows of a store with colors
   std::uint64_t rows_with_fills = 0;  // of those
-  bool has_sharp = false;
+  bool has_sharp = false, has_sides = false;
   std::uint64_t rows_without_sharp =
       0;  // ok rows of a store with points on sharp edges that have no such edge
   // Attributes and texture coordinates, as users name them, with the ok rows that lack them at one sample or
@@ -45,6 +45,11 @@ struct StoreSummary {
   std::vector<std::string> absent;  // names of attributes that none of the ok rows has, where there are some
   std::vector<std::pair<std::string, std::uint64_t>>
       undescribed;  // see count_undescribed; empty: not counted
+  // Of ok rows of a store with points that have a side: how it was decided, and of how many points it is not
+  // certain.
+  std::array<std::uint64_t, stored_sign_names.size()> by_sign{};
+  std::uint64_t uncertain = 0;
+  std::uint32_t queries = 0;  // points of a row
   struct FailedRow {
     std::uint64_t row;
     std::string id;

@@ -75,6 +75,9 @@ std::optional<ColoringKind> kind_of(const SampleColumn& column) {
     case Values::sharp_points:
     case Values::sharp_vectors:
     case Values::sharp_edges:
+    case Values::truths:
+    case Values::groups:
+    case Values::windings:
       return std::nullopt;
   }
   return std::nullopt;

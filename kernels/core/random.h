@@ -37,6 +37,7 @@ enum class Stream : std::uint32_t {
   cell_axes = 9,       // the axes that cells of spaced samples are cut along
   digital_shift = 10,  // the shift of the net that samples in cells form
   sharp_edges = 11,    // the key of the samples on sharp edges
+  query_points = 12,   // the nets of the points that signed distances are given at
   test_shapes = 16,    // random shapes that measure point sets; no sample depends on them
   tangent_frame = 24,  // directions of tangent frames on surfaces, in measures
   surface_probe = 25,  // points at which the distance between two surfaces is measured

@@ -17,26 +17,28 @@
 namespace meander {
 
 // Little-endian everywhere; word: 8-bit enums with names; text: UTF-8 of fixed width padded with zero bytes.
-enum class ElementType : std::uint8_t { f32, f64, i32, u8, u32, u64, word, text };
+enum class ElementType : std::uint8_t { f32, f64, i32, u8, u32, u64, word, text, f16 };
 
 inline constexpr std::uint64_t fill_ones = 0xFFFFFFFFu;  // u32 "nothing", i32 -1, u8 255
 inline constexpr std::uint64_t fill_nan = 0x7FC00000u;   // f32
+inline constexpr std::uint64_t fill_half_nan = 0x7E00u;  // f16
 // The width of /items/note_text, in bytes: longer texts are cut.
 inline constexpr std::uint32_t note_text_width = 320;
 
 // ---- samples
 
 // The points that a row has: its samples, and further sets that are asked for by their number.
-enum class PointSet : std::uint8_t { samples, sharp };
+enum class PointSet : std::uint8_t { samples, sharp, queries };
 // As options, parameters and the attributes of stores call their numbers.
-inline constexpr std::array<std::string_view, 2> point_set_names = {"samples", "sharp"};
+inline constexpr std::array<std::string_view, 3> point_set_names = {"samples", "sharp", "queries"};
 constexpr std::string_view name_of(PointSet set) { return point_set_names[static_cast<std::size_t>(set)]; }
 // How many points of each set a row has; that of the samples stands elsewhere and is 0 here.
 using SetCounts = std::array<std::uint32_t, point_set_names.size()>;
 
 // Which samples have a column: all, those of one kind of model, those under a tensor field; or those that are
-// asked for it, taken over from the model, or made from its surface. Those of another set: all of its points.
-enum class Having : std::uint8_t { all, meshes, surfaces, tensors, taken, made, set };
+// asked for it, taken over from the model, or made from its surface. Those of another set: all of its
+// points, where these have a side, or where their nearest point is asked for.
+enum class Having : std::uint8_t { all, meshes, surfaces, tensors, taken, made, set, sides, nearest };
 
 // The rule for values of rows that are ok, which verify checks. Floats are finite, except that `optional`
 // ones are NaN where the model has no value (/items/lacks).
@@ -54,7 +56,10 @@ enum class Values : std::uint8_t {
   optional,
   sharp_points,   // at the box, as the next two; or NaN where the model has no sharp edge
   sharp_vectors,  // unit vectors
-  sharp_edges     // fill where the model has no sharp edge
+  sharp_edges,    // fill where the model has no sharp edge
+  truths,         // 0 or 1
+  groups,         // numbers below that of the groups of queries
+  windings        // NaN where the rule that decides sides has none
 };
 
 using SampleArray = std::variant<std::vector<float> Samples::*, std::vector<std::uint32_t> Samples::*,
@@ -76,6 +81,7 @@ struct SampleColumn {
   std::string_view option = {}, help = {}, title = {};
   bool common = false;               // the short help shows the option
   PointSet set = PointSet::samples;  // whose points have it
+  bool halves = false;               // float16 where queries are (StoreColumns::halves)
 
   // Whether an option asks for this column alone.
   constexpr bool is_asked_for() const { return having == Having::taken || having == Having::made; }
@@ -102,6 +108,17 @@ constexpr SampleColumn sharp_column(std::string_view name, SampleArray array, st
   SampleColumn column{name, array, width, unit, doc, Having::set, values};
   column.option = "sharp";
   column.set = PointSet::sharp;
+  return column;
+}
+
+// A column of the points that signed distances are given at.
+constexpr SampleColumn query_column(std::string_view name, SampleArray array, std::uint32_t width,
+                                    std::string_view unit, std::string_view doc, Values values,
+                                    Having having = Having::set, bool halves = false) {
+  SampleColumn column{name, array, width, unit, doc, having, values};
+  column.option = having == Having::nearest ? "queries-nearest" : "queries";
+  column.set = PointSet::queries;
+  column.halves = halves;
   return column;
 }
 
@@ -148,6 +165,33 @@ inline constexpr auto sample_columns = [] {
       sharp("sharp/edge", &S::sharp_edge, 0, "1",
             "with --sharp only: number of the sharp edge, along curves; 0xFFFFFFFF where the model has none",
             V::sharp_edges),
+      query_column("queries/points", &S::query_points, 3, "length / scale",
+                   "with --queries only: points in space; file coordinates = loc + scale * point", V::any,
+                   H::set, true),
+      query_column(
+          "queries/kind", &S::query_kind, 0, "1",
+          "with --queries only: which kind and size of the option the point belongs to (attribute `names`)",
+          V::groups),
+      query_column("queries/distance", &S::query_distance, 0, "length / scale",
+                   "with --queries only: distance from the surface, negative inside", V::any, H::set, true),
+      query_column("queries/inside", &S::query_inside, 0, "1",
+                   "with --queries only: 1 inside, 0 outside; absent with --sign none", V::truths, H::sides),
+      query_column(
+          "queries/winding", &S::query_winding, 0, "1",
+          "with --queries only: winding number, NaN where sides are decided without; absent with --sign none",
+          V::windings, H::sides, true),
+      query_column("queries/sign_certain", &S::query_certain, 0, "1",
+                   "with --queries only: 1 where the side is certain, 0 where not; absent with --sign none",
+                   V::truths, H::sides),
+      query_column("queries/face", &S::query_face, 0, "1",
+                   "with --queries-nearest only: number of the polygon of the nearest point, in file order",
+                   V::faces, H::nearest),
+      query_column("queries/corners", &S::query_corners, 3, "1",
+                   "with --queries-nearest only: vertex numbers of the file around the nearest point",
+                   V::vertices, H::nearest),
+      query_column("queries/barycentric", &S::query_barycentric, 2, "1",
+                   "with --queries-nearest only: weights of corners 1 and 2 at the nearest point", V::weights,
+                   H::nearest),
   });
 }();
 
@@ -210,11 +254,11 @@ using ItemMember =
                  std::array<std::uint8_t, 32> ItemReport::*,
                  std::array<std::uint32_t, note_count> ItemReport::*, RepairCounts ItemReport::*,
                  Status ItemReport::*, Method ItemReport::*, OrderReason ItemReport::*,
-                 ColorSource ItemReport::*, std::string ItemReport::*>;
+                 ColorSource ItemReport::*, StoredSign ItemReport::*, std::string ItemReport::*>;
 
 // Which stores have a column of items: all; those whose samples have colors, columns with optional values,
-// or classes with names; those with points on sharp edges.
-enum class ItemHaving : std::uint8_t { all, colors, optional_values, names, sharp };
+// or classes with names; those with points on sharp edges, or points that have a side.
+enum class ItemHaving : std::uint8_t { all, colors, optional_values, names, sharp, sides };
 
 // Who tells the value of one item: `info --json` (in its order of members, not that of the file), and Samples
 // of Python.
@@ -299,6 +343,10 @@ inline constexpr auto item_columns = [] {
        ItemHaving::sharp},
       {"items/sharp_length", &R::sharp_length, "length", "with --sharp only: length of all sharp edges",
        everywhere, 0, 1, ItemHaving::sharp},
+      {"items/sign_rule", &R::sign_rule, "", "with --queries only: how the sides of points were decided",
+       everywhere, 0, 1, ItemHaving::sides},
+      {"items/uncertain", &R::uncertain, "1", "with --queries only: points whose side is not certain",
+       everywhere, 0, 1, ItemHaving::sides},
   });
 }();
 

@@ -87,6 +87,10 @@ std::vector<std::string> validate(const SampleParameters& p) {
     problems.push_back(
         "the sequence `spaced` chooses points in elements: place at elements, not vertices, or choose "
         "another sequence");
+  if (p.queries.halves && p.normalize == NormalizeKind::none)
+    problems.push_back(
+        "float16 does not hold coordinates of files: choose a frame for points of queries in float16 "
+        "(normalize), or float32");
   if (p.finish == FinishKind::relax) {
     const std::string relaxing = "the finish `relax` ";
     if (method.follows_tensor)
@@ -156,7 +160,7 @@ bool leaves_sites(const SampleParameters& parameters) {
   return parameters.rows_only && parameters.samples > parameters.most_kept_samples &&
          places_in_regions(parameters) && !method_of(parameters).follows_tensor && !parameters.curved &&
          parameters.columns.empty() && parameters.attributes.empty() && parameters.sharp.samples == 0 &&
-         parameters.describe.descriptors.empty();
+         !parameters.queries.any() && parameters.describe.descriptors.empty();
 }
 
 ElementParameters element_parameters(const SampleParameters& parameters) {

@@ -17,6 +17,7 @@
 #include "kernels/model/sampling_methods.h"
 #include "kernels/rays/embree_locator.h"
 #include "kernels/sample/place_samples.h"
+#include "kernels/sample/query_points.h"
 #include "kernels/sample/sharp_samples.h"
 #include "kernels/segment/segment_mesh.h"
 #include "kernels/tensor/chart_alignment.h"
@@ -96,7 +97,8 @@ struct SampleParameters {
   // Give the samples these, of the columns that have an option (column_makers.h), and these attributes.
   ColumnSet columns = {};
   std::vector<AttributeColumn> attributes = {};
-  SharpParameters sharp = {};  // samples on sharp edges
+  SharpParameters sharp = {};    // samples on sharp edges
+  QueryParameters queries = {};  // points with signed distances
   // Models with a note of these kinds fail with the status incomplete.
   NoteSet strict = 0;
   DescribeParameters describe;

@@ -31,6 +31,9 @@ bool has_coarse_charts(const P& p) { return method_of(p).makes_charts && !follow
 bool is_shaped(const P& p) { return form_of(p.density).is_shaped; }
 bool is_finished(const P& p) { return p.finish != FinishKind::none; }
 bool has_sharp(const P& p) { return p.sharp.samples > 0; }
+bool has_queries(const P& p) { return p.queries.any(); }
+bool has_sharp_edges(const P& p) { return has_sharp(p) || p.queries.has(QueryKind::near_sharp); }
+constexpr Word<bool> queries_type_words[] = {{"float32", false}, {"float16", true}};
 bool is_spaced(const P& p) { return p.sequence == SequenceKind::spaced; }
 
 template <bool (*has)(const DescriptorGroup&)>
@@ -243,7 +246,8 @@ SampleSettings make_value_settings() {
 constexpr double most_set_points = 16777216;
 
 void add_sharp_settings(SampleSettings& list) {
-  constexpr const char* only = "applies to --sharp only";
+  constexpr const char *only = "applies to --sharp only",
+                       *edges = "applies to --sharp and to --queries near-sharp=... only";
   list.number(
           "sharp", "--sharp", [](auto& p) -> auto& { return p.sharp.samples; }, 0, most_set_points,
           "Points on the sharp edges of every model, beside its samples, evenly spread by length (/sharp)")
@@ -254,14 +258,14 @@ void add_sharp_settings(SampleSettings& list) {
           "sharp_angle", "--sharp-angle", [](auto& p) -> auto& { return p.sharp.angle; }, 1, 179,
           "Degrees between the normals of two faces from which their edge is sharp, 1 to 179")
       .in_python("sharp_angle")
-      .only_recorded(has_sharp)
-      .acting(has_sharp, only);
+      .only_recorded(has_sharp_edges)
+      .acting(has_sharp_edges, edges);
   list.flag(
           "sharp_borders", "--sharp-borders", [](auto& p) -> auto& { return p.sharp.borders; },
           "Edges at which the surface ends are sharp, too")
       .in_python("sharp_borders")
       .only_recorded([](const P& p) { return p.sharp.borders; })
-      .acting(has_sharp, only);
+      .acting(has_sharp_edges, edges);
   list.word(
           "sharp_fill", "--sharp-fill", [](auto& p) -> auto& { return p.sharp.fill; }, sharp_fill_words,
           "What stands in where a model has no sharp edge: its samples, or NaN")
@@ -277,10 +281,50 @@ SampleSettings make_column_settings() {
   return list;
 }
 
+void add_query_settings(SampleSettings& list) {
+  constexpr const char* only = "applies to --queries only";
+  list.text(
+          "queries", "--queries", [](const P& p) { return queries_text(p.queries.terms); },
+          [](P& p, std::string_view text) { return take_queries(text, p.queries.terms); },
+          "Points in space with their signed distances, for every model (/queries), as in "
+          "\"near=250000@.005,.05 "
+          "near-sharp=125000@.001,.01 volume=250000@1.05\": near: points of the surface, moved by Gaussians "
+          "of "
+          "these standard deviations; near-sharp: points of sharp edges; volume: points in a box of this "
+          "half "
+          "side. In units of the stored frame, with --normalize none of half the longest side of the model")
+      .in_python("queries")
+      .without_default()
+      .only_recorded(has_queries);
+  list.word(
+          "sign", "--sign", [](auto& p) -> auto& { return p.queries.sign; }, sign_choice_words,
+          "How sides are decided. closed: by whole winding numbers, where every component is closed; "
+          "winding: by "
+          "winding numbers, where the surface is nearly closed; shell: inside is what a flood from outside "
+          "does "
+          "not reach; auto: the first of these that fits the model; none: distances have no sign")
+      .in_python("sign")
+      .only_recorded(has_queries)
+      .acting(has_queries, only);
+  list.word(
+          "queries_type", "--queries-type", [](auto& p) -> auto& { return p.queries.halves; },
+          queries_type_words, "Type of the points and distances of --queries; float16 needs --normalize")
+      .in_python("queries_type")
+      .only_recorded(has_queries)
+      .acting(has_queries, only);
+  list.flag(
+          "queries_nearest", "--queries-nearest", [](auto& p) -> auto& { return p.queries.nearest; },
+          "Store the face, corners and weights of the nearest point of the surface, too")
+      .in_python("queries_nearest")
+      .only_recorded([](const P& p) { return p.queries.nearest; })
+      .acting(has_queries, only);
+}
+
 SampleSettings make_training_settings() {
   SampleSettings list;
   list.under("Training data");
   add_sharp_settings(list);
+  add_query_settings(list);
   return list;
 }
 

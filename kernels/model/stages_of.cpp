@@ -135,10 +135,11 @@ ModelStages charting_direct(const SampleParameters& p) {
            [p](Model& model) {
              const bool is_placed_last = p.rows_only && p.describe.descriptors.empty();
              prepare_surface(model, p);
-             if (is_placed_last && p.finish == FinishKind::none &&
+             if (is_placed_last && p.finish == FinishKind::none && !p.queries.any() &&
                  !any_reads(p.columns, &ColumnReads::neighbors))
                model.surface.opposite = std::vector<std::uint32_t>();
-             if (is_placed_last && p.attributes.empty() && !any_reads(p.columns, &ColumnReads::polygons))
+             if (is_placed_last && p.attributes.empty() && !p.queries.any() &&
+                 !any_reads(p.columns, &ColumnReads::polygons))
                model.file.polygon_begin = std::vector<std::uint32_t>();
              measure_surface(model, !p.rows_only);
              model.row.report.method = row_of(element_orders, order_of(p)).in_space;
@@ -452,6 +453,23 @@ ModelStages sharpening(const SampleParameters& p) {
            sharpening_bytes}};
 }
 
+double querying_bytes(const SampleParameters& p, const ModelSizes& sizes) {
+  return surface_bytes(p, sizes) + bytes_of_samples(p, sizes) + 40.0 * p.sharp.samples +
+         query_bytes(query_count(p.queries.terms), sizes.triangles, sizes.vertices) +
+         (p.queries.has(QueryKind::near_sharp) ? sharp_bytes(0, sizes.triangles) : 0);
+}
+
+ModelStages querying(const SampleParameters& p) {
+  if (!p.queries.any()) return {};
+  return {{"query_points",
+           [queries = p.queries, sharp = p.sharp, normalize = p.normalize](Model& model) {
+             release_charts(model);
+             add_query_points(model.file, model.surface, queries, sharp, normalize == NormalizeKind::none,
+                              model.key, model.cancel, model.row);
+           },
+           querying_bytes}};
+}
+
 // ---- descriptors
 
 void add_descriptors(Model& model, const DescribeParameters& parameters) {
@@ -506,7 +524,7 @@ ModelStages placing_anisotropic(const SampleParameters& p, const EmbreeDevice* d
 ModelStages all_stages(const SampleParameters& p, const EmbreeDevice* device) {
   const MethodStages& stages = *method_of(p).stages;
   return joined({stages.charting(p), stages.placing(p, device), making_columns(p), attributing(p),
-                 sharpening(p), stages.describing(p)});
+                 sharpening(p), querying(p), stages.describing(p)});
 }
 
 void check_device(const SampleParameters& parameters, const EmbreeDevice* device) {

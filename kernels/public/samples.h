@@ -34,7 +34,16 @@ struct Samples {
   std::vector<float> sharp_points;      // S x 3 points on sharp edges, as `points`
   std::vector<float> sharp_normals;     // S x 3 unit vectors: the mean of the two faces at the edge
   std::vector<float> sharp_tangents;    // S x 3 unit vectors along the edge
-  std::vector<std::uint32_t> sharp_edge;       // S numbers of edges, no_sharp_edge where the model has none
+  std::vector<std::uint32_t> sharp_edge;     // S numbers of edges, no_sharp_edge where the model has none
+  std::vector<float> query_points;           // Q x 3 points in space, as `points`
+  std::vector<std::uint8_t> query_kind;      // Q numbers of kinds and sizes, in the order they were asked for
+  std::vector<float> query_distance;         // Q distances from the surface, negative inside
+  std::vector<std::uint8_t> query_inside;    // Q: 0 or 1
+  std::vector<float> query_winding;          // Q winding numbers, NaN where sides are decided without
+  std::vector<std::uint8_t> query_certain;   // Q: 1 where the side is certain
+  std::vector<std::uint32_t> query_face;     // Q, of the nearest point: as `face`,
+  std::vector<std::uint32_t> query_corners;  // Q x 3 as `corners`
+  std::vector<float> query_barycentric;      // and Q x 2 as `barycentric`
   std::vector<std::vector<float>> attributes;  // those asked for, in their order: N x width, NaN as above
   // The same of columns of classes, whose place in `attributes` stays empty; no_sample_class where there is
   // none. Each list ends with its last column.

@@ -1,4 +1,4 @@
-// `run --sharp` as a user sees it: its columns, and all that is done with such stores.
+// `run --sharp` and `--queries` as a user sees them: its columns, and all that is done with such stores.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -97,11 +97,16 @@ TEST_CASE("run --sharp: threads, kills, shards and merges give the same bytes, w
   const Words sizes[] = {{"-n", "100", "--sharp", "40"},
                          {"-n", "100", "--sharp", "3000"},
                          {"-n", "64", "--sharp", "100000"},
-                         {"-n", "100000", "--sharp", "64"}};
+                         {"-n", "100000", "--sharp", "64"},
+                         {"-n", "100", "--queries", "near=40@.01 volume=30@1"},
+                         {"-n", "100", "--queries", "near=1000@.01,.05 near-sharp=500@.01 volume=800@1.1",
+                          "--sharp", "3000", "--queries-type", "float16", "--queries-nearest"},
+                         {"-n", "64", "--queries", "volume=100000@1.05", "--queries-type", "float16"}};
+  int number = 0;
   for (const Words& size : sizes) {
     CAPTURE(size);
     const Words words = joined(size, {"--normalize", "unit-sphere"});
-    const fs::path folder = scratch / ("set" + size[1] + size[3]);
+    const fs::path folder = scratch / fmt::format("set{}", number++);
     fs::create_directories(folder);
     REQUIRE(run_sets(scratch / "in", folder / "one.h5", joined(words, {"-j", "1"})).exit_code == 3);
     require_verified(folder / "one.h5");
@@ -168,4 +173,87 @@ TEST_CASE("run --sharp: a store is continued only with the same edges, and expor
       meander_with({"merge", (scratch / "s.h5").string(), (scratch / "plain.h5").string(), "-o",
                     (scratch / "m.h5").string()});
   CHECK(merged.exit_code == 2);
+}
+
+TEST_CASE("run --queries: signed distances of every model, their rules counted, and read back") {
+  const ScratchFolder scratch;
+  put_models(scratch / "in");
+  write_mesh(scratch / "in/f_sheet.off", grid_plane(4, 4), MeshFile::off);
+  const Words words = {"-n", "64", "--normalize", "unit-box", "--queries", "near=400@.01,.05 volume=300@0.6"};
+  const ProcessResult result = run_sets(scratch / "in", scratch / "s.h5", words);
+  INFO(result.out << result.err);
+  REQUIRE(result.exit_code == 3);  // the broken file
+  CHECK_THAT(result.out, ContainsSubstring("sign: closed"));
+  CHECK_THAT(result.out, ContainsSubstring("sign: shell"));
+  require_verified(scratch / "s.h5");
+  const StoreReader store(scratch / "s.h5");
+  CHECK(store.columns().query_groups == std::vector<std::string>{"near@0.01", "near@0.05", "volume@0.6"});
+  const Row square = row_of(scratch / "s.h5", "a_cube.off");
+  CHECK(square.report.sign_rule == StoredSign::closed);
+  REQUIRE(square.samples.query_points.size() == 2100);
+  for (std::size_t i = 0; i < 700; ++i) {  // the cube is [-1/2, 1/2]^3 in this frame
+    double over = -1;
+    for (std::size_t k = 0; k < 3; ++k)
+      over = std::max(over, std::abs(double{square.samples.query_points[3 * i + k]}) - 0.5);
+    CHECK((square.samples.query_inside[i] != 0) == (over < 0));
+    if (over < 0) CHECK(double{square.samples.query_distance[i]} == Approx(over).margin(1e-6));
+  }
+  // The same model elsewhere and larger has the same points in a frame, but for the content that keys them.
+  CHECK(row_of(scratch / "s.h5", "c_far.off").report.sign_rule == StoredSign::closed);
+  const Row sheet = row_of(scratch / "s.h5", "f_sheet.off");
+  CHECK(sheet.report.sign_rule == StoredSign::shell);
+  CHECK(sheet.report.uncertain ==
+        std::count(sheet.samples.query_certain.begin(), sheet.samples.query_certain.end(), 0));
+  const ProcessResult info = meander_with({"info", "--json", (scratch / "s.h5").string()});
+  CHECK_THAT(info.out, ContainsSubstring("\"sign_rule\":{\"shell\":1,\"closed\":4}"));
+
+  REQUIRE(run_sets(scratch / "in", scratch / "n.h5", joined(words, {"--sign", "none", "--queries-nearest"}))
+              .exit_code == 3);
+  require_verified(scratch / "n.h5");
+  const Row bare = row_of(scratch / "n.h5", "a_cube.off");
+  CHECK(bare.samples.query_points == square.samples.query_points);
+  CHECK(bare.samples.query_inside.empty());
+  CHECK(bare.samples.query_face.size() == 700);
+  const ProcessResult without =
+      meander_with({"export", (scratch / "n.h5").string(), "-o", (scratch / "no").string(), "--format", "npz",
+                    "--arrays", "queries_inside"});
+  CHECK(without.exit_code == 2);
+  CHECK_THAT(without.err, ContainsSubstring("--sign none"));
+
+  REQUIRE(
+      run_sets(scratch / "in", scratch / "h.h5", joined(words, {"--queries-type", "float16"})).exit_code ==
+      3);
+  require_verified(scratch / "h.h5");
+  CHECK(fs::file_size(scratch / "h.h5") < fs::file_size(scratch / "s.h5"));
+}
+
+TEST_CASE("run --queries: what cannot be is refused, and soups are queried without their topology") {
+  const ScratchFolder scratch;
+  put_models(scratch / "in");
+  for (const auto& [words, why] : std::vector<std::pair<Words, std::string>>{
+           {{"--queries", "near=10"}, "size"},
+           {{"--queries", "nowhere=10@1"}, "near-sharp"},
+           {{"--sign", "closed"}, "--queries"},
+           {{"--queries", "volume=10@1", "--queries-type", "float16"}, "float16"}}) {
+    const ProcessResult result = run_sets(scratch / "in", scratch / "x.h5", words);
+    CHECK(result.exit_code == 2);
+    CHECK_THAT(result.err, ContainsSubstring(why));
+  }
+  const Words words = {"-n", "50", "--queries", "near=100@.05 volume=100@1"};
+  REQUIRE(run_sets(scratch / "in", scratch / "s.h5", joined(words, {"--topology", "none"})).exit_code == 3);
+  require_verified(scratch / "s.h5");
+  const Row soup = row_of(scratch / "s.h5", "a_cube.off");
+  CHECK(soup.report.sign_rule == StoredSign::closed);
+  REQUIRE(run_sets(scratch / "in", scratch / "t.h5", words).exit_code == 3);
+  CHECK(row_of(scratch / "t.h5", "a_cube.off").samples.query_inside == soup.samples.query_inside);
+  // Methods with charts, and anisotropic ones.
+  for (const char* method : {"conformal", "anisotropic"}) {
+    REQUIRE(run_sets(scratch / "in", scratch / (std::string(method) + ".h5"),
+                     joined(words, {"--method", method, "--sharp", "60"}))
+                .exit_code == 3);
+    require_verified(scratch / (std::string(method) + ".h5"));
+    const Row row = row_of(scratch / (std::string(method) + ".h5"), "a_cube.off");
+    CHECK(row.report.sign_rule == StoredSign::closed);
+    CHECK(row.report.sharp_edges == 12);
+  }
 }

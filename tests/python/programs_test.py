@@ -55,6 +55,15 @@ class Programs(unittest.TestCase):
         with meander.open_store(folder / "training/shapes.h5") as store:
             self.assertEqual((len(store.ok), store.splits.count("test")), (60, 20))
 
+    def test_a_function_is_fitted_to_signed_distances(self):
+        text, _ = self.run_program("fit_distances.py")
+        for name in ("thick", "thin"):
+            error, right, certain, count = self.numbers(
+                name + r"\.off: NUMBER mean error of the distance, NUMBER % of the sides right, NUMBER of NUMBER certain", text)
+            self.assertLess(error, 0.02)
+            self.assertGreater(right, 93)
+            self.assertEqual(certain, count)
+
     @unittest.skipUnless(HAS_LABORATORY, "skipped: a build without the laboratory")
     def test_samplers_of_a_mesh_are_compared(self):
         with tempfile.TemporaryDirectory() as folder:

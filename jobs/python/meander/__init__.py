@@ -38,7 +38,7 @@ for _class in (BoxError, Mesh, Neighbors, SamplingError, RunResult, RunStopped):
     _class.__module__ = "meander"
 
 
-_NUMBER_OF = {"samples": "n", "sharp": "sharp"}  # what docstrings call the number of points of a set
+_NUMBER_OF = {"samples": "n", "sharp": "sharp", "queries": "q"}  # what docstrings call the number of points of a set
 
 
 def _with_columns(cls):
@@ -80,6 +80,8 @@ class Samples:
     repairs: dict               # what was dropped or mended, counted by name; empty for a clean mesh
     sharp_edges: int            # how many edges are sharp, as asked for with `sharp`; 0 where there is none
     sharp_length: float         # their length, in units of the mesh
+    sign_rule: str              # how the sides of points of `queries` were decided: closed, winding, shell, none
+    uncertain: int              # how many of them have no certain side
     content: bytes              # the 32 bytes that the random numbers are keyed by
 
     def __len__(self):

@@ -17,6 +17,8 @@ OrderWord = Literal["progressive", "curve"]
 CurveWord = Literal["hilbert", "peano", "peano-meander", "balanced"]
 NormalizeWord = Literal["none", "unit-sphere", "unit-box", "unit-diagonal", "pointnet"]
 Sharp_fillWord = Literal["surface", "nan"]
+SignWord = Literal["auto", "closed", "winding", "shell", "none"]
+Queries_typeWord = Literal["float32", "float16"]
 Content = Union[bytes, str, None]
 Path = Union[str, "os.PathLike[str]"]
 Value = Union[str, float, "os.PathLike[str]", Sequence[Union[str, "os.PathLike[str]"]]]
@@ -56,6 +58,15 @@ class Samples:
     sharp_normals: Optional[NDArray[numpy.float32]]
     sharp_tangents: Optional[NDArray[numpy.float32]]
     sharp_edge: Optional[NDArray[numpy.uint32]]
+    queries_points: Optional[NDArray[numpy.float32]]
+    queries_kind: Optional[NDArray[numpy.uint8]]
+    queries_distance: Optional[NDArray[numpy.float32]]
+    queries_inside: Optional[NDArray[numpy.uint8]]
+    queries_winding: Optional[NDArray[numpy.float32]]
+    queries_sign_certain: Optional[NDArray[numpy.uint8]]
+    queries_face: Optional[NDArray[numpy.uint32]]
+    queries_corners: Optional[NDArray[numpy.uint32]]
+    queries_barycentric: Optional[NDArray[numpy.float32]]
     weights: NDArray[numpy.float64]
     attributes: Dict[str, NDArray[Any]]
     names: Dict[str, List[str]]
@@ -117,10 +128,12 @@ def run(inputs: Union[Path, Iterable[Path]], store: Path, *,
         null: bool = False, layout: Optional[Literal["auto", "flat", "modelnet", "shapenet"]] = None,
         labels: Optional[Value] = None, label_from_folder: bool = False, sharp: Optional[Union[int, str]] = None,
         sharp_angle: Optional[float] = None, sharp_borders: bool = False,
-        sharp_fill: Optional[Literal["surface", "nan"]] = None, threads: Optional[Union[int, str]] = None,
-        memory: Optional[Value] = None, allow_oversize: bool = False, timeout: Optional[Value] = None,
-        max_failures: Optional[Union[int, str]] = None, retry: Optional[Value] = None, reuse: Optional[Value] = None,
-        trust: bool = False, fresh: bool = False) -> RunResult: ...
+        sharp_fill: Optional[Literal["surface", "nan"]] = None, queries: Optional[Value] = None,
+        sign: Optional[Literal["auto", "closed", "winding", "shell", "none"]] = None,
+        queries_type: Optional[Literal["float32", "float16"]] = None, queries_nearest: bool = False,
+        threads: Optional[Union[int, str]] = None, memory: Optional[Value] = None, allow_oversize: bool = False,
+        timeout: Optional[Value] = None, max_failures: Optional[Union[int, str]] = None, retry: Optional[Value] = None,
+        reuse: Optional[Value] = None, trust: bool = False, fresh: bool = False) -> RunResult: ...
 def sample(vertices: Any, faces: Optional[ArrayLike] = None, n: int = 2048, *,
            density: Union[str, ArrayLike, Function] = "uniform", density_at: Optional[Place] = None,
            normals: Optional[ArrayLike] = None, colors: Optional[ArrayLike] = None, colors_at: Optional[Place] = None,
@@ -131,7 +144,8 @@ def sample(vertices: Any, faces: Optional[ArrayLike] = None, n: int = 2048, *,
            finish: FinishWord = "none", order: OrderWord = "progressive", curve: Optional[CurveWord] = None,
            seed: int = 1, normalize: NormalizeWord = "none", curved: bool = False, sharp: Optional[int] = None,
            sharp_angle: float = 30.0, sharp_borders: bool = False, sharp_fill: Sharp_fillWord = "surface",
-           bins: int = 32) -> Samples: ...
+           queries: Optional[str] = None, sign: SignWord = "auto", queries_type: Queries_typeWord = "float32",
+           queries_nearest: bool = False, bins: int = 32) -> Samples: ...
 def sample_file(path: Path, n: int = 2048, *, density: Union[str, ArrayLike, Function] = "uniform",
                 density_at: Optional[Place] = None, describe: Union[str, Sequence[str]] = (), threads: int = 0,
                 timeout: Optional[float] = None, method: MethodWord = "auto", density_floor: float = 0.02,
@@ -140,7 +154,8 @@ def sample_file(path: Path, n: int = 2048, *, density: Union[str, ArrayLike, Fun
                 seed: int = 1, normalize: NormalizeWord = "none", curved: bool = False, colors: bool = False,
                 texcoord: bool = False, attributes: Union[str, Sequence[str]] = (), sharp: Optional[int] = None,
                 sharp_angle: float = 30.0, sharp_borders: bool = False, sharp_fill: Sharp_fillWord = "surface",
-                topology: bool = True, bins: int = 32) -> Samples: ...
+                queries: Optional[str] = None, sign: SignWord = "auto", queries_type: Queries_typeWord = "float32",
+                queries_nearest: bool = False, topology: bool = True, bins: int = 32) -> Samples: ...
 @overload
 def sample_many(meshes: Iterable[Any], n: int = 2048, *, threads: int = 0, errors: Literal["raise"] = "raise",
                 density: Union[str, Function] = "uniform", density_at: Optional[Place] = None,
@@ -150,8 +165,9 @@ def sample_many(meshes: Iterable[Any], n: int = 2048, *, threads: int = 0, error
                 order: OrderWord = "progressive", curve: Optional[CurveWord] = None, seed: int = 1,
                 normalize: NormalizeWord = "none", curved: bool = False, colors: bool = False, texcoord: bool = False,
                 attributes: Union[str, Sequence[str]] = (), sharp: Optional[int] = None, sharp_angle: float = 30.0,
-                sharp_borders: bool = False, sharp_fill: Sharp_fillWord = "surface", topology: bool = True,
-                bins: int = 32) -> Iterator[Samples]: ...
+                sharp_borders: bool = False, sharp_fill: Sharp_fillWord = "surface", queries: Optional[str] = None,
+                sign: SignWord = "auto", queries_type: Queries_typeWord = "float32", queries_nearest: bool = False,
+                topology: bool = True, bins: int = 32) -> Iterator[Samples]: ...
 @overload
 def sample_many(meshes: Iterable[Any], n: int = 2048, *, threads: int = 0, errors: Literal["return"],
                 density: Union[str, Function] = "uniform", density_at: Optional[Place] = None,
@@ -161,8 +177,9 @@ def sample_many(meshes: Iterable[Any], n: int = 2048, *, threads: int = 0, error
                 order: OrderWord = "progressive", curve: Optional[CurveWord] = None, seed: int = 1,
                 normalize: NormalizeWord = "none", curved: bool = False, colors: bool = False, texcoord: bool = False,
                 attributes: Union[str, Sequence[str]] = (), sharp: Optional[int] = None, sharp_angle: float = 30.0,
-                sharp_borders: bool = False, sharp_fill: Sharp_fillWord = "surface", topology: bool = True,
-                bins: int = 32) -> Iterator[Union[Samples, Exception]]: ...
+                sharp_borders: bool = False, sharp_fill: Sharp_fillWord = "surface", queries: Optional[str] = None,
+                sign: SignWord = "auto", queries_type: Queries_typeWord = "float32", queries_nearest: bool = False,
+                topology: bool = True, bins: int = 32) -> Iterator[Union[Samples, Exception]]: ...
 def describe(vertices: Any, faces: Optional[ArrayLike] = None, descriptors: Union[str, Sequence[str]] = "pairs", *,
              n: int = 1024, seed: int = 1, bins: int = 32, content: Content = None, check: bool = True,
              threads: int = 0, timeout: Optional[float] = None) -> Dict[str, NDArray[numpy.float32]]: ...
@@ -182,7 +199,8 @@ def remesh(vertices: Any, faces: Optional[ArrayLike] = None, n: int = 2048, *, s
            density_exponent: float = 1.0, spacing: SpacingWord = "default", finish: FinishWord = "none",
            order: OrderWord = "progressive", curve: Optional[CurveWord] = None, seed: int = 1,
            sharp: Optional[int] = None, sharp_angle: float = 30.0, sharp_borders: bool = False,
-           sharp_fill: Sharp_fillWord = "surface") -> RemeshedMesh: ...
+           sharp_fill: Sharp_fillWord = "surface", queries: Optional[str] = None, sign: SignWord = "auto",
+           queries_type: Queries_typeWord = "float32", queries_nearest: bool = False) -> RemeshedMesh: ...
 
 class SignedDistances:
     distance: NDArray[numpy.float64]

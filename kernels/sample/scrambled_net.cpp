@@ -1,0 +1,149 @@
+#include "kernels/sample/scrambled_net.h"
+
+#include <cmath>
+#include <cstddef>
+#include <span>
+
+#include "kernels/core/portable_functions.h"
+
+namespace meander {
+
+namespace {
+
+constexpr int net_bits = 32;
+using Directions = std::array<std::uint32_t, net_bits>;
+
+// A primitive polynomial of a degree, with the coefficients between the first and the last, and the first
+// direction numbers.
+struct Polynomial {
+  int degree;
+  std::uint32_t coefficients;
+  std::array<std::uint32_t, 4> first;
+};
+
+constexpr Directions directions_of(const Polynomial& polynomial) {
+  Directions v{};
+  const int s = polynomial.degree;
+  for (int k = 0; k < net_bits; ++k) {
+    if (k < s) {
+      v[k] = polynomial.first[k] << (net_bits - 1 - k);
+      continue;
+    }
+    v[k] = v[k - s] ^ v[k - s] >> s;
+    for (int j = 1; j < s; ++j)
+      if ((polynomial.coefficients >> (s - 1 - j) & 1) != 0) v[k] ^= v[k - j];
+  }
+  return v;
+}
+
+constexpr auto net_directions = [] {
+  std::array<Directions, ScrambledNet::dimensions> all{};
+  for (int k = 0; k < net_bits; ++k) all[0][k] = std::uint32_t{1} << (net_bits - 1 - k);  // van der Corput's
+  all[1] = directions_of({1, 0, {1}});
+  all[2] = directions_of({2, 1, {1, 3}});
+  all[3] = directions_of({3, 1, {1, 3, 1}});
+  all[4] = directions_of({3, 2, {1, 1, 1}});
+  all[5] = directions_of({4, 1, {1, 1, 3, 3}});
+  return all;
+}();
+
+constexpr std::uint32_t reversed(std::uint32_t x) {
+  x = (x & 0x55555555u) << 1 | (x >> 1 & 0x55555555u);
+  x = (x & 0x33333333u) << 2 | (x >> 2 & 0x33333333u);
+  x = (x & 0x0F0F0F0Fu) << 4 | (x >> 4 & 0x0F0F0F0Fu);
+  x = (x & 0x00FF00FFu) << 8 | (x >> 8 & 0x00FF00FFu);
+  return x << 16 | x >> 16;
+}
+
+// A bit of the result depends on those bits of x alone that are not below it.
+constexpr std::uint32_t scrambled(std::uint32_t x, std::uint32_t seed) {
+  x = reversed(x) + seed;
+  x ^= x * 0x6C50B47Cu;
+  x ^= x * 0xB82F1E52u;
+  x ^= x * 0xC7AFE638u;
+  x ^= x * 0x8D22F6E6u;
+  return reversed(x);
+}
+
+// c[0] + c[1] x + ...
+constexpr double polynomial_at(std::span<const double> c, double x) {
+  double value = 0;
+  for (std::size_t i = c.size(); i-- > 0;) value = value * x + c[i];
+  return value;
+}
+
+}  // namespace
+
+ScrambledNet::ScrambledNet(RandomKey key, Stream stream, std::uint32_t number) {
+  for (std::uint32_t block = 0; block < 2; ++block) {
+    const PhiloxBlock words = random_words(key, stream, number, block);
+    for (std::size_t k = 0; k < 4 && 4 * block + k < dimensions; ++k) seeds_[4 * block + k] = words[k];
+  }
+}
+
+std::array<double, ScrambledNet::dimensions> ScrambledNet::operator()(std::uint32_t index) const {
+  std::array<double, dimensions> point{};
+  for (std::size_t d = 0; d < dimensions; ++d) {
+    std::uint32_t x = 0;
+    for (std::uint32_t left = index, k = 0; left != 0; left >>= 1, ++k)
+      if ((left & 1) != 0) x ^= net_directions[d][k];
+    point[d] = (static_cast<double>(scrambled(x, seeds_[d])) + 0.5) * 0x1p-32;
+  }
+  return point;
+}
+
+double normal_quantile(double p) {
+  constexpr double near_middle[] = {3.3871328727963666080e0,  1.3314166789178437745e+2,
+                                    1.9715909503065514427e+3, 1.3731693765509461125e+4,
+                                    4.5921953931549871457e+4, 6.7265770927008700853e+4,
+                                    3.3430575583588128105e+4, 2.5090809287301226727e+3},
+                   below_middle[] = {1.0,
+                                     4.2313330701600911252e+1,
+                                     6.8718700749205790830e+2,
+                                     5.3941960214247511077e+3,
+                                     2.1213794301586595867e+4,
+                                     3.9307895800092710610e+4,
+                                     2.8729085735721942674e+4,
+                                     5.2264952788528545610e+3};
+  constexpr double near_tail[] = {1.42343711074968357734e0,  4.63033784615654529590e0,
+                                  5.76949722146069140550e0,  3.64784832476320460504e0,
+                                  1.27045825245236838258e0,  2.41780725177450611770e-1,
+                                  2.27238449892691845833e-2, 7.74545014278341407640e-4},
+                   below_near_tail[] = {1.0,
+                                        2.05319162663775882187e0,
+                                        1.67638483018380384940e0,
+                                        6.89767334985100004550e-1,
+                                        1.48103976427480074590e-1,
+                                        1.51986665636164571966e-2,
+                                        5.47593808499534494600e-4,
+                                        1.05075007164441684324e-9};
+  constexpr double far_tail[] = {6.65790464350110377720e0,  5.46378491116411436990e0,
+                                 1.78482653991729133580e0,  2.96560571828504891230e-1,
+                                 2.65321895265761230930e-2, 1.24266094738807843860e-3,
+                                 2.71155556874348757815e-5, 2.01033439929228813265e-7},
+                   below_far_tail[] = {1.0,
+                                       5.99832206555887937690e-1,
+                                       1.36929880922735805310e-1,
+                                       1.48753612908506148525e-2,
+                                       7.86869131145613259100e-4,
+                                       1.84631831751005468180e-5,
+                                       1.42151175831644588870e-7,
+                                       2.04426310338993978564e-15};
+  const double q = p - 0.5;
+  if (std::abs(q) <= 0.425) {
+    const double r = 0.180625 - q * q;
+    return q * polynomial_at(near_middle, r) / polynomial_at(below_middle, r);
+  }
+  double r = std::sqrt(-portable::log(q < 0 ? p : 1 - p));
+  double value = 0;
+  if (r <= 5) {
+    r -= 1.6;
+    value = polynomial_at(near_tail, r) / polynomial_at(below_near_tail, r);
+  } else {
+    r -= 5;
+    value = polynomial_at(far_tail, r) / polynomial_at(below_far_tail, r);
+  }
+  return q < 0 ? -value : value;
+}
+
+}  // namespace meander
