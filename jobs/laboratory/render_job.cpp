@@ -21,6 +21,7 @@
 #include "jobs/laboratory/commands.h"
 #include "jobs/laboratory/model_pictures.h"
 #include "jobs/laboratory/picture_options.h"
+#include "jobs/laboratory/render_section.h"
 #include "jobs/laboratory/render_strokes.h"
 #include "jobs/laboratory/turntable_job.h"
 #include "jobs/rows/described_meshes.h"
@@ -239,6 +240,7 @@ JobFunction add_render_job(Command& program) {
   for (const StyleWords& words : styles) jobs.emplace_back(words.name, add_pictures(command, words));
   jobs.emplace_back("turntable", add_turntable(command));
   jobs.emplace_back("strokes", add_strokes(command));
+  jobs.emplace_back("section", add_section(command));
   return [command, jobs] {
     for (const auto& [name, job] : jobs)
       if (command.chose(name)) return job();

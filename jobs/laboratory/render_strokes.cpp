@@ -10,7 +10,6 @@
 #include <memory>
 #include <optional>
 
-#include "io/archive/model_bytes.h"
 #include "io/file_kind.h"
 #include "io/json_writer.h"
 #include "io/plot/picture_sheet.h"
@@ -25,7 +24,7 @@
 #include "jobs/inputs/store_items.h"
 #include "jobs/laboratory/painted_model.h"
 #include "jobs/laboratory/picture_options.h"
-#include "jobs/rows/described_meshes.h"
+#include "jobs/laboratory/picture_subjects.h"
 #include "kernels/core/failure.h"
 #include "pipeline/memory_estimate.h"
 
@@ -33,7 +32,6 @@ namespace meander {
 
 namespace {
 
-constexpr std::size_t max_pictures = 400;
 constexpr std::uint32_t sampled_strokes = 20000;
 constexpr const char* british_watercolor = "watercolour";
 
@@ -100,83 +98,20 @@ std::vector<StrokeMedium> media_of(const StrokesOptions& options) {
   return media;
 }
 
-// The models of the arguments: files, or rows of a store with their files if available.
-class Subjects {
- public:
-  Subjects(const StrokesOptions& options, OutputGuard& guard) {
-    if (options.inputs.front() != "-" && is_store(options.inputs.front())) {
-      open_store(options, guard);
-      return;
-    }
-    if (!options.items.empty())
-      throw UsageError(fmt::format("--item: `{}` is not a store: leave --item out", options.inputs.front()));
-    Inputs inputs = collect_inputs(options.inputs, options.collect);
-    print_unread(inputs.notes);
-    guard.protect(input_files(options.inputs, inputs.items));
-    folders_unread_ = !inputs.notes.unread.empty();
-    for (PlanItem& item : inputs.items) {
-      names_.push_back(item.id);
-      files_.push_back(std::move(item));
-    }
-    if (names_.empty()) throw UsageError("there is no model in the INPUT");
-  }
-
-  std::size_t count() const { return names_.size(); }
-  const std::string& name(std::size_t i) const { return names_[i]; }
-  bool stored() const { return store_ != nullptr; }
-  bool folders_unread() const { return folders_unread_; }
-  const std::optional<PlanItem>& file(std::size_t i) const { return files_[i]; }
-  Row row(std::size_t i) const { return store_->read_row(rows_[i]); }
-  std::uint32_t samples() const { return store_->samples(); }
-
- private:
-  static bool is_store(const std::string& path) {
-    std::error_code none;
-    return std::filesystem::is_regular_file(path, none) && kind_of_file(path) == FileKind::store;
-  }
-
-  void open_store(const StrokesOptions& options, OutputGuard& guard) {
-    const std::string& path = options.inputs.front();
-    guard.protect(path, "the store itself");
-    store_ = std::make_unique<StoreReader>(path, options.check);
-    if (!store_->columns().tensors)
-      throw UsageError(
-          fmt::format("`{}` has no directions for strokes: make it with `meander run --method anisotropic`, "
-                      "or give the meshes instead of it",
-                      path));
-    store_->require(&Samples::tensor_direction, "`render strokes`");
-    store_->require(&Samples::normals, "`render strokes`");
-    for (const std::string& item : options.items) rows_.push_back(find_item(*store_, item));
-    if (options.items.empty())
-      for (std::uint64_t row = 0; row < std::min<std::uint64_t>(store_->rows(), max_pictures + 1); ++row)
-        rows_.push_back(row);
-    if (rows_.empty()) throw UsageError(fmt::format("`{}` has no rows", path));
-    for (const std::uint64_t row : rows_) names_.push_back(store_->id(row));
-    files_.resize(rows_.size());
-    const std::vector<std::string> inputs(options.inputs.begin() + 1, options.inputs.end());
-    if (inputs.empty()) return;
-    std::vector<std::string> ids;
-    for (std::uint64_t row = 0; row < store_->rows(); ++row) ids.push_back(store_->id(row));
-    const DescribedMeshes meshes(path, ids, inputs, options.collect);
-    guard.protect(meshes.files_read());
-    for (std::size_t i = 0; i < rows_.size(); ++i) {
-      PlanItem item;
-      item.row = rows_[i];
-      if (meshes.add_file(item)) files_[i] = std::move(item);
-    }
-  }
-
-  std::unique_ptr<StoreReader> store_;
-  std::vector<std::uint64_t> rows_;
-  std::vector<std::string> names_;
-  std::vector<std::optional<PlanItem>> files_;
-  bool folders_unread_ = false;
-};
+void require_directions(const StoreReader& store, const std::string& path) {
+  if (!store.columns().tensors)
+    throw UsageError(
+        fmt::format("`{}` has no directions for strokes: make it with `meander run --method anisotropic`, "
+                    "or give the meshes instead of it",
+                    path));
+  store.require(&Samples::tensor_direction, "`render strokes`");
+  store.require(&Samples::normals, "`render strokes`");
+}
 
 // Paints one model after the other in all media; the loops inside are parallel.
 class Paintings {
  public:
-  Paintings(const StrokesOptions& options, const Subjects& subjects, std::uint64_t memory)
+  Paintings(const StrokesOptions& options, const PictureSubjects& subjects, std::uint64_t memory)
       : options_(options),
         subjects_(subjects),
         look_(strokes_look(options)),
@@ -251,7 +186,7 @@ class Paintings {
   }
 
   const StrokesOptions& options_;
-  const Subjects& subjects_;
+  const PictureSubjects& subjects_;
   StrokePictureParameters look_;
   std::vector<StrokeMedium> media_;
   std::uint64_t memory_;
@@ -290,7 +225,8 @@ int render_strokes(const StrokesOptions& options) {
   if (std::filesystem::path(options.output).extension() != ".png")
     throw UsageError(fmt::format("-o: `{}` should end in .png, the format of pictures", options.output));
   OutputGuard guard;
-  const Subjects subjects(options, guard);
+  const PictureSubjects subjects({options.inputs, options.items, options.collect, options.check}, guard,
+                                 require_directions);
   const std::size_t pictures = subjects.count() * media_of(options).size();
   if (pictures > max_pictures)
     throw UsageError(fmt::format("{} pictures are too many for a sheet, which holds {}: name fewer models{}",

@@ -80,6 +80,7 @@ JOBS = {
     "splats": (STORE, ["render", "splats", "out/s.h5", "-o", "out/p.png", "--size", "64"]),
     "turntable": (STORE, ["render", "turntable", "out/s.h5", "--item", "0", "-o", "out/frames", "--frames", "2"]),
     "strokes": ([], ["render", "strokes", "in/square/000.off", "-o", "out/p.png", "--strokes", "40", "--size", "64"]),
+    "section": ([], ["render", "section", "in/square/000.off", "-o", "out/p.png", "--size", "64"]),
 }
 
 
