@@ -21,7 +21,7 @@ std::vector<PolygonMesh> open_surfaces() {
           merged(with_holes(torus(40, 30), 0.1, 5), moved(grid_plane(3, 3), 0.4, 0.2, 0.1, 0.3))};
 }
 
-double exact_at(const SidedMesh& sided, Vector3 at) {
+double exact_in(const SidedMesh& sided, Vector3 at) {
   std::vector<std::uint32_t> turned = sided.mesh.triangles;
   for (std::size_t t = 0; t < sided.oriented.flipped.size(); ++t)
     if (sided.oriented.flipped[t] != 0) std::swap(turned[3 * t + 1], turned[3 * t + 2]);
@@ -49,7 +49,7 @@ TEST_CASE("winding_change: the gradient is that of winding numbers") {
         const SegmentCrossings crossed = segment_crossings(sided.tree, sided.oriented.flipped, before, after);
         if (!crossed.sure) continue;
         const double slope =
-            (exact_at(sided, after) - exact_at(sided, before) + crossed.outward) / (2 * step);
+            (exact_in(sided, after) - exact_in(sided, before) + crossed.outward) / (2 * step);
         CHECK(dot(change.gradient, along) == Approx(slope).margin(0.02 * (1 + norm(change.gradient))));
       }
     }
@@ -70,8 +70,8 @@ TEST_CASE("winding_change: within its radius winding numbers change as it says, 
         const Vector3 to = at + (0.999 * change.radius / norm(direction)) * direction;
         const SegmentCrossings crossed = segment_crossings(sided.tree, sided.oriented.flipped, at, to);
         if (!crossed.sure) continue;
-        const double expected = exact_at(sided, at) - crossed.outward + dot(change.gradient, to - at);
-        CHECK(std::abs(exact_at(sided, to) - expected) <= tolerance);
+        const double expected = exact_in(sided, at) - crossed.outward + dot(change.gradient, to - at);
+        CHECK(std::abs(exact_in(sided, to) - expected) <= tolerance);
         ++compared;
       }
     CHECK(compared > 60);
