@@ -14,6 +14,7 @@
 #include "kernels/core/joined_texts.h"
 #include "kernels/core/parallel.h"
 #include "kernels/mesh/prepare_mesh.h"
+#include "kernels/query/sharp_edges.h"
 #include "kernels/render/picture_camera.h"
 #include "kernels/render/sampled_surface.h"
 #include "kernels/render/splat_picture.h"
@@ -90,8 +91,16 @@ RgbImage draw_surface(const PolygonMesh& file, const PicturedRow& row, const Col
       working_points(row.report, std::span(row.samples.points).first(values), mesh);
   const std::vector<SrgbColor> colors = row_colors(row, scale, look);
   const std::vector<double> radii = radii_of(row, visible_area(positions, mesh.total_area), look);
+  std::vector<double> lines;
+  if (look.sharp_angle > 0) {
+    const SharpEdges edges = find_sharp_edges(mesh, {.angle = look.sharp_angle});
+    lines.reserve(6 * edges.count());
+    for (std::size_t e = 0; e < edges.count(); ++e)
+      for (const std::uint32_t v : {edges.start[e], edges.end[e]})
+        lines.insert(lines.end(), {mesh.x[v], mesh.y[v], mesh.z[v]});
+  }
   return sampled_surface_picture(
-      {positions, mesh.triangles, points, std::span(row.samples.normals).first(values), colors, radii},
+      {positions, mesh.triangles, points, std::span(row.samples.normals).first(values), colors, radii, lines},
       surface_look(look));
 }
 
@@ -191,6 +200,10 @@ std::uint64_t picture_bytes(const StoreReader& store, const PicturedModel& model
   try {
     const MeshEstimate mesh = peek_model(*model.file);
     bytes += mesh.file_bytes + mesh.decoding_bytes + mesh.triangles * bytes_per_triangle;
+    // Edges, and lines of 112 bytes for three of a triangle at most.
+    if (look.sharp_angle > 0)
+      bytes += 336 * mesh.triangles +
+               static_cast<std::uint64_t>(sharp_edges_bytes(static_cast<double>(mesh.triangles)));
   } catch (const ItemError&) {  // read_surface reports it
   }
   return bytes;

@@ -35,6 +35,8 @@ struct ModelLook {
   bool samples = true;        // samples are drawn on the surface; without a surface they always are
   SampleColoring color = {};  // what the color of a sample means
   double disc = 0.26;  // radius of a sample's disc, parts of sqrt(area / (samples drawn x density)); 0.05..1
+  double sharp_angle =
+      0;  // degrees; edges of surfaces that are as sharp are drawn (find_sharp_edges); 0: none
   Vector3 view = default_view;  // from the model towards the eye
   Vector3 up = {0, 1, 0};
 };

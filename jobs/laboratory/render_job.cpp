@@ -96,6 +96,8 @@ int render_sheet(const RenderOptions& options) {
   ModelLook look = look_of(options);
   if (options.inputs.empty() && (!options.collect.root.empty() || options.collect.null_lists))
     throw UsageError("--root and --null apply to lists in INPUT: give INPUT as well");
+  if (options.inputs.empty() && look.sharp_angle > 0)
+    throw UsageError("--sharp-edges draws on surfaces, which a store does not hold: give INPUT as well");
   const StoreReader store(options.store, options.check);
   store.require(&Samples::normals, "`render`");
   store.require(&Samples::density, "`render`");
@@ -208,6 +210,13 @@ JobFunction add_pictures(Command& render, const StyleWords& words) {
       .add_option("--points", options->look.points, "Number of samples of each model to draw, the first ones")
       .range(1, 100000000);
   add_color_option(command, options->color);
+  if (surfaces)
+    command
+        .add_option(
+            "--sharp-edges", options->look.sharp_angle,
+            "Also draw the edges of the surfaces between triangles at this angle or more, in degrees, "
+            "1 to 179 (default: none)")
+        .range(1.0, 179.0);
   if (!surfaces) {
     SplatSizes& sizes = options->look.splats;
     if (words.style == SampleStyle::splats)

@@ -12,7 +12,7 @@ RgbImage sampled_surface_picture(const SampledSurface& sampled, const SurfacePic
   if (sampled.normals.size() != 3 * count ||
       (count > 0 && (!fits(sampled.colors.size()) || !fits(sampled.radii.size()))))
     throw std::invalid_argument("normals, colors or radii are not as many as the samples");
-  constexpr SrgbColor clay = {226, 224, 219};
+  constexpr SrgbColor clay = {226, 224, 219}, ink = {24, 52, 120};
   SurfaceScene scene{sampled.positions, sampled.faces,
                      std::vector<SrgbColor>(sampled.faces.size() / 3, clay)};
   scene.ellipses.reserve(count);
@@ -26,6 +26,12 @@ RgbImage sampled_surface_picture(const SampledSurface& sampled, const SurfacePic
                               first,
                               cross(normal, first),
                               sampled.colors[sampled.colors.size() == 1 ? 0 : i]});
+  }
+  constexpr double line_width = 2.2;  // pixels
+  scene.lines.reserve(sampled.lines.size() / 6);
+  for (std::size_t i = 0; i + 5 < sampled.lines.size(); i += 6) {
+    const double* const at = sampled.lines.data() + i;
+    scene.lines.push_back({{at[0], at[1], at[2]}, {at[3], at[4], at[5]}, line_width, ink});
   }
   return surface_picture(scene, parameters);
 }

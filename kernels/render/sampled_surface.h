@@ -16,6 +16,7 @@ struct SampledSurface {
   std::span<const float> normals;        // 3 n unit vectors
   std::span<const SrgbColor> colors;     // n, or one for all
   std::span<const double> radii;         // n of the discs, in the units of the vertices, or one for all
+  std::span<const double> lines{};       // 6 L: ends of lines on the surface, dark blue, above the discs
 };
 
 // surface_picture with a disc in the tangent plane of every sample. Samples that are not finite are left out.

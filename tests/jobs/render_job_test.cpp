@@ -75,6 +75,12 @@ TEST_CASE("render sheet: surfaces, failed items and a summary, the same for one 
   CHECK(contains(json.out, "\"without_points\":1,\"models\":[{\"title\":"));
   CHECK(std::count(json.out.begin(), json.out.end(), '\n') == 1);
   CHECK(read_file(place.path("json.png")) == bytes);
+  // No edges of the ball or of the ring are as sharp as 60 degrees, all are at 1.
+  for (const auto& [angle, same] : {std::pair{"60", true}, std::pair{"1", false}}) {
+    REQUIRE(place.sheet({"-o", place.path("sharp.png"), "--sharp-edges", angle}).exit_code == 0);
+    CHECK((read_file(place.path("sharp.png")) == bytes) == same);
+  }
+  CHECK(contains(place.refusal({"-o", place.path("sharp.png"), "--sharp-edges", "30"}, false), "give INPUT"));
   // Solid surfaces and lone points differ; without INPUT the program says what is missing.
   const ProcessResult alone = place.sheet({"-o", place.path("3.png")}, false);
   CHECK(alone.exit_code == 0);
@@ -412,8 +418,8 @@ TEST_CASE("render turntable: samples stay the same over all frames, for one thre
   };
   const ProcessResult json = turn(with({"-o", scratch / "json", "--json"}));
   CHECK(json.exit_code == 0);
-  CHECK(
-      json.out.starts_with("{\"frames\":4,\"output\":\"" + (scratch / "json").string() + "\",\"item\":\"ring.off\","));
+  CHECK(json.out.starts_with("{\"frames\":4,\"output\":\"" + (scratch / "json").string() +
+                             "\",\"item\":\"ring.off\","));
   CHECK(contains(json.out, "\"median_share_kept\":0."));
   const ProcessResult first = turn(with({"-o", scratch / "a", "-j", "1"}));
   INFO(first.err);

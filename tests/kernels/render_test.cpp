@@ -263,6 +263,15 @@ TEST_CASE("sampled_surface_picture: discs have their area and lie on the visible
   SampledSurface wrong = sampled;
   wrong.normals = std::span<const float>(normals).first(3);
   CHECK_THROWS_AS(sampled_surface_picture(wrong, from_above(64)), std::invalid_argument);
-  const SampledSurface none{plate.positions, plate.faces, {}, {}, {}, {}};
-  CHECK(red_pixels(sampled_surface_picture(none, from_above(64))) == 0);
+  SampledSurface none{plate.positions, plate.faces, {}, {}, {}, {}};
+  const RgbImage blank = sampled_surface_picture(none, from_above(64));
+  CHECK(red_pixels(blank) == 0);
+  // A line across the plate, 58 pixels long and two wide.
+  const std::array<double, 6> line = {-1, 0, 0, 1, 0, 0};
+  none.lines = line;
+  const RgbImage lined = sampled_surface_picture(none, from_above(64));
+  std::size_t blue = 0;
+  for (std::size_t i = 0; i < lined.pixels.size(); i += 3) blue += lined.pixels[i + 2] > lined.pixels[i] + 40;
+  CHECK(blue >= 110);
+  CHECK(blue <= 240);
 }
