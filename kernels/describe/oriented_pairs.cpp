@@ -6,39 +6,18 @@
 #include <stdexcept>
 
 #include "kernels/core/portable_angles.h"
-#include "kernels/describe/oriented_tiles.h"
-#include "kernels/describe/pair_points.h"
+#include "kernels/describe/oriented_counts.h"
 
 namespace meander {
 
-namespace {
-
-// Normals in the layout of PairPoints.
-struct PairNormals {
-  std::vector<float> x, y, z;
-
-  explicit PairNormals(std::span<const float> normals) {
-    const std::size_t count = normals.size() / 3;
-    std::size_t k = 0;
-    for (auto* coordinates : {&x, &y, &z}) {
-      coordinates->assign(2 * count + pair_lanes, 0.0f);
-      for (std::size_t i = 0; i < count; ++i)
-        (*coordinates)[i] = (*coordinates)[count + i] = normals[3 * i + k];
-      ++k;
-    }
-  }
-  OrientedTile with(const PairTile& places) const { return {places, x.data(), y.data(), z.data()}; }
-};
-
-OrientedCounter counter_of(NormalSense sense, double mean) {
+OrientedCounter oriented_counter(NormalSense sense, double bins_per_distance) {
   const PairAngleEdges& edges =
       sense == NormalSense::signed_normals ? signed_angle_edges : either_side_angle_edges;
   const auto cosine = [](double degrees) {
     return static_cast<float>(direction_of(degrees * (std::numbers::pi / 180)).cosine);
   };
   OrientedCounter counter{};
-  counter.factor =
-      mean > 0 ? static_cast<float>(std::min(1e30, pair_distance_bins / (pair_distance_range * mean))) : 0.0f;
+  counter.factor = static_cast<float>(std::min(1e30, bins_per_distance));
   for (std::size_t k = 0; k + 1 < pair_angle_bins; ++k) {
     counter.line[k] = cosine(edges.line[k]);
     counter.normals[k] = cosine(edges.normals[k]);
@@ -53,6 +32,8 @@ const OrientedLoops& oriented_loops(InstructionSet set) {
   else
     return scalar_oriented_loops;
 }
+
+namespace {
 
 std::vector<std::uint64_t> count_pairs(const PairPoints& points, const PairNormals& normals,
                                        const OrientedPairParameters& parameters,
@@ -96,11 +77,12 @@ OrientedPairHistogram oriented_pair_histogram(std::span<const float> points, std
   check_finite(normals, "a normal");
   const PairPoints working(points);
   const double mean = mean_distance(working, parameters.instructions, cancel);
+  const double bins_per_distance = mean > 0 ? pair_distance_bins / (pair_distance_range * mean) : 0;
   OrientedPairHistogram histogram;
   histogram.pairs = std::uint64_t{working.count} * (working.count - 1) / 2;
   histogram.mean_distance = mean * working.unit;
-  histogram.counts =
-      count_pairs(working, PairNormals(normals), parameters, counter_of(parameters.sense, mean), cancel);
+  histogram.counts = count_pairs(working, PairNormals(normals), parameters,
+                                 oriented_counter(parameters.sense, bins_per_distance), cancel);
   for (const std::uint64_t count : histogram.counts)
     histogram.roots.push_back(
         static_cast<float>(std::sqrt(static_cast<double>(count) / static_cast<double>(histogram.pairs))));

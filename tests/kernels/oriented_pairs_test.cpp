@@ -8,6 +8,7 @@
 
 #include "kernels/core/random.h"
 #include "kernels/core/rotation.h"
+#include "kernels/describe/local_pairs.h"
 #include "kernels/describe/outward_normals.h"
 #include "kernels/mesh/prepare_mesh.h"
 #include "support/catch.h"
@@ -322,4 +323,99 @@ TEST_CASE("outward normals: closed components by their volume, open ones away fr
   }
   const PreparedMesh mesh = prepare_mesh(ball);
   CHECK_THROWS_AS(outward_normals(mesh, std::vector<std::uint32_t>{320}), std::invalid_argument);
+}
+
+namespace {
+
+// The histogram around one point by a double loop; pairs near an edge are counted in `doubtful`.
+std::vector<double> local_reference(const Points& points, std::size_t center, double radius,
+                                    NormalSense sense, std::size_t& doubtful) {
+  const std::size_t n = points.count();
+  Vector3 centroid{};
+  for (std::size_t i = 0; i < n; ++i) centroid = centroid + points.place(i);
+  centroid = (1 / static_cast<double>(n)) * centroid;
+  double squares = 0;
+  for (std::size_t i = 0; i < n; ++i) squares += dot(points.place(i) - centroid, points.place(i) - centroid);
+  const double reach = radius * std::sqrt(squares / static_cast<double>(n));
+  std::vector<double> counts(local_pair_bins, 0);
+  for (std::size_t j = 0; j < n; ++j) {
+    if (j == center) continue;
+    const Vector3 line = points.place(j) - points.place(center);
+    const double bins = norm(line) / reach * local_distance_bins;
+    if (std::abs(bins - std::round(bins)) < 1e-5) ++doubtful;
+    if (bins >= local_distance_bins) continue;
+    const double a = angle(points.normal(center), line, sense),
+                 b = angle(points.normal(j), -1.0 * line, sense),
+                 c = angle(points.normal(center), points.normal(j), sense);
+    if (near_edge(a, edges_of(sense).line) || near_edge(b, edges_of(sense).line) ||
+        near_edge(c, edges_of(sense).normals))
+      ++doubtful;
+    ++counts[slot_of(bins * pair_distance_range / pair_distance_bins, a, b, c, sense)];
+  }
+  return counts;
+}
+
+}  // namespace
+
+TEST_CASE("local pairs: each of the first points has the histogram of what lies within the radius") {
+  for (const NormalSense sense : {NormalSense::signed_normals, NormalSense::either_side})
+    for (const std::size_t n : {std::size_t{2}, std::size_t{300}, std::size_t{1101}}) {
+      const Points points = box_samples(n);
+      const LocalPairParameters parameters{.sense = sense, .centers = 20, .radius = 0.9};
+      const std::vector<float> roots = local_pair_histograms(points.places, points.normals, parameters);
+      REQUIRE(roots.size() == std::min<std::size_t>(20, n) * local_pair_bins);
+      for (std::size_t i = 0; i < std::min<std::size_t>(20, n); ++i) {
+        std::size_t doubtful = 0;
+        const std::vector<double> counts = local_reference(points, i, 0.9, sense, doubtful);
+        double all = 0, moved = 0;
+        for (const double count : counts) all += count;
+        for (std::size_t b = 0; b < local_pair_bins; ++b) {
+          const auto root = static_cast<double>(roots[i * local_pair_bins + b]);
+          moved += std::abs(root * root * all - counts[b]);
+        }
+        CHECK(moved <= 2.0 * static_cast<double>(doubtful) + 1e-3);
+      }
+    }
+}
+
+TEST_CASE(
+    "local pairs: the same bits for every instruction set, place, size, sense and order of the others") {
+  const Points points = box_samples(700);
+  const auto made = [](const Points& of, LocalPairParameters parameters = {}) {
+    return local_pair_histograms(of.places, of.normals, parameters);
+  };
+  const std::vector<float> expected = made(points);
+  for (const InstructionSet set : {InstructionSet::scalar, InstructionSet::avx2, InstructionSet::avx512})
+    if (is_available(set)) CHECK(made(points, {.instructions = set}) == expected);
+  for (const std::size_t threads : {1u, 3u})
+    CHECK(test::on_threads(threads, [&] { return made(points); }) == expected);
+  Points turned = points, larger = points, reversed;
+  for (std::size_t i = 0; i < points.count(); ++i)
+    if (i % 2 == 1)
+      for (std::size_t k = 0; k < 3; ++k) turned.normals[3 * i + k] *= -1;
+  CHECK(made(turned) == expected);
+  CHECK(made(turned, {.sense = NormalSense::signed_normals}) !=
+        made(points, {.sense = NormalSense::signed_normals}));
+  for (float& coordinate : larger.places) coordinate *= 1024;
+  CHECK(made(larger) == expected);
+  for (std::size_t i = 0; i < points.count(); ++i) {
+    const std::size_t from = i < 160 ? i : points.count() + 159 - i;
+    reversed.add(points.place(from), points.normal(from));
+  }
+  const std::vector<float> other_order = made(reversed);
+  double difference = 0;  // the size is a sum over all points
+  for (std::size_t b = 0; b < expected.size(); ++b)
+    difference += std::abs(static_cast<double>(other_order[b]) - static_cast<double>(expected[b]));
+  CHECK(difference < 1);
+}
+
+TEST_CASE("local pairs: points that coincide, and invalid input") {
+  Points same;
+  for (int i = 0; i < 5; ++i) same.add({1, 2, 3}, {0, 0, 1});
+  for (const float root : local_pair_histograms(same.places, same.normals)) CHECK((root >= 0 && root <= 1));
+  const Points points = box_samples(10);
+  const std::span<const float> places = points.places;
+  CHECK_THROWS_AS(local_pair_histograms(places.first(3), places.first(3)), std::invalid_argument);
+  CHECK_THROWS_AS(local_pair_histograms(places, places.first(27)), std::invalid_argument);
+  CHECK_THROWS_AS(local_pair_histograms(places, points.normals, {.radius = 0}), std::invalid_argument);
 }
