@@ -28,6 +28,7 @@ enum class FileKind : std::uint8_t {
   tar,
   zip,              // arrays of numpy (npz) among others
   scores,           // of queries: meander retrieve evaluate --write-scores
+  words,            // of local pairs: meander retrieve words
   distance_matrix,  // n x n float32 without header: finite, none negative, the first 0
   text,             // any other text
   unknown,
@@ -59,6 +60,7 @@ constexpr std::string_view ending_of(FileKind kind) {
 }
 
 // What files of scores begin with.
+inline constexpr std::string_view words_magic = "meander words 1\n";
 inline constexpr std::string_view scores_magic = "meander scores 1\n";
 
 // For messages, with the article: "a PNG picture", "an OFF mesh".

@@ -53,7 +53,8 @@ class DescribedRows {
   // Names of the values: b0, b1, ... or the names that the descriptor gives; with several of them in front.
   std::vector<std::string> columns() const {
     std::vector<std::string> names;
-    for (const auto& [schema, weight] : terms_) {
+    for (const DescriptorTerm& term : terms_) {
+      const DescriptorSchema& schema = term.schema;
       const std::string prefix = terms_.size() > 1 ? schema.name + "_" : "";
       std::string given;
       for (const auto& [name, text] : schema.attributes)

@@ -255,7 +255,7 @@ void add_setting(EvaluationPage& page, const std::string& distance, const Retrie
 
 // Adds every descriptor of the store on its own, after the setting that is evaluated.
 void add_descriptors(const EvaluateOptions& options, const StoreReader& store, const std::string& setting,
-                     const TableCell& milliseconds, EvaluationPage& page) {
+                     const RankParameters& rank, const TableCell& milliseconds, EvaluationPage& page) {
   for (const DescriptorSchema& schema : store.descriptors()) {
     if (schema.group != "descriptors" || is_companion(schema.name)) continue;
     const std::string distance = misfit(schema, options.kind()).empty() ? options.distance : "l1";
@@ -264,7 +264,7 @@ void add_descriptors(const EvaluateOptions& options, const StoreReader& store, c
       const RetrievalBase base = load_labeled_base(store,
                                                    {.descriptor = schema.name,
                                                     .distance = value_of(distance_words, distance),
-                                                    .rank = parse_rank(options.rank),
+                                                    .rank = rank,
                                                     .memory = parse_bytes(options.memory)},
                                                    options.classes);
       const RetrievalTask task = labeled_task(base, options.psb_compat);
@@ -276,8 +276,8 @@ void add_descriptors(const EvaluateOptions& options, const StoreReader& store, c
 }
 
 void write_html(const EvaluateOptions& options, const Laboratory& laboratory, const StoreReader& store,
-                const RetrievalBase& base, const RetrievalTask& task, const RetrievalSummary& summary,
-                std::span<const NearestModels> nearest) {
+                const RetrievalBase& base, const RankParameters& rank, const RetrievalTask& task,
+                const RetrievalSummary& summary, std::span<const NearestModels> nearest) {
   EvaluationPage page;
   page.title = "Retrieval: " + std::filesystem::path(options.store).filename().string();
   page.rules = rules_text(options.psb_compat);
@@ -297,7 +297,7 @@ void write_html(const EvaluateOptions& options, const Laboratory& laboratory, co
   page.settings.columns = {{"descriptor"}, {"distance"}, {"models"}, {"ms a model"}};
   add_score_columns(page.settings.columns);
   add_setting(page, options.distance, base, summary, alone);
-  add_descriptors(options, store, joined(base.terms), alone, page);
+  add_descriptors(options, store, joined(base.terms), rank, alone, page);
   if (alone.kind == CellKind::empty) {  // no time is known for a single descriptor
     page.settings.columns.erase(page.settings.columns.begin() + milliseconds_column);
     for (std::vector<TableCell>& row : page.settings.rows) row.erase(row.begin() + milliseconds_column);
@@ -319,12 +319,8 @@ int evaluate(const EvaluateOptions& options, const Laboratory* laboratory) {
   check_parts(options);
   check_outputs(options);
   const StoreReader store(options.store, options.check);
-  const RetrievalBase base = load_labeled_base(store,
-                                               {.descriptor = options.descriptor,
-                                                .distance = options.kind(),
-                                                .rank = parse_rank(options.rank),
-                                                .memory = parse_bytes(options.memory)},
-                                               options.classes);
+  const BaseRequest request = request_of(store, options);
+  const RetrievalBase base = load_labeled_base(store, request, options.classes);
   const RetrievalTask task = labeled_task(base, options.psb_compat);
   if (!options.scores_file.empty()) return write_part(options, base, task);
   const bool draws_confusion = !options.confusion.empty(), makes_page = !options.html.empty();
@@ -348,7 +344,7 @@ int evaluate(const EvaluateOptions& options, const Laboratory* laboratory) {
     laboratory->draw_precision(options.picture, joined(base.terms) + ", " + options.distance, base, task,
                                summary, options.per_class);
   if (!options.confusion.empty()) laboratory->draw_confusion(options.confusion, base, task, summary);
-  if (makes_page) write_html(options, *laboratory, store, base, task, summary, nearest);
+  if (makes_page) write_html(options, *laboratory, store, base, request.rank, task, summary, nearest);
   if (options.json) {
     print_json(options, base, summary, table);
     return exit_done;
@@ -416,8 +412,10 @@ JobFunction add_retrieve_job(Command& program, const Laboratory* laboratory) {
   judge.add_option("--read-scores", options->score_files,
                    "Read all parts from files of --write-scores instead of computing distances");
   const JobFunction select = add_select_command(command);
-  return [options, laboratory, command, query, select] {
+  const JobFunction words = add_words_command(command);
+  return [options, laboratory, command, query, select, words] {
     if (command.chose("query")) return query();
+    if (command.chose("words")) return words();
     return command.chose("evaluate") ? evaluate(*options, laboratory) : select();
   };
 }

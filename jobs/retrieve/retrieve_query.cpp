@@ -23,6 +23,7 @@
 #include "jobs/inputs/store_items.h"
 #include "jobs/rows/described_meshes.h"
 #include "jobs/rows/laboratory.h"
+#include "jobs/rows/local_codes.h"
 #include "jobs/rows/planned_run.h"
 #include "jobs/rows/rank_option.h"
 #include "jobs/rows/retrieve_base.h"
@@ -69,23 +70,32 @@ struct MeshQuery {
 
 constexpr double query_seconds = 120;
 
-// The values of the wanted descriptors, one after the other.
+// The values of the wanted descriptors, one after the other. parameters: of those of the store, in their
+// order.
 std::vector<float> described(Model& model, const StoredParameters& parameters,
-                             std::span<const DescriptorSchema> wanted) {
+                             std::span<const DescriptorTerm> wanted) {
   Samples& samples = model.row.samples;
   // Samples are located on the mesh, as for the rows of a store.
   if (!model.surface.has_topology()) model.surface = prepare_mesh(model.file, model.cancel);
   locate_on_mesh(model.file, model.surface, samples);
   std::vector<float> values;
-  for (std::size_t k = 0; k < wanted.size(); ++k)
+  std::size_t stored = 0;
+  for (const DescriptorTerm& term : wanted) {
+    if (term.side) {
+      const std::vector<float> code = local_code_of(*term.side->local, samples);
+      values.insert(values.end(), code.begin(), code.end());
+      continue;
+    }
     for (const DescriptorRow& row :
-         describe_samples(model.surface, samples, model.key, parameters.describe[k], model.cancel))
-      if (row.name == wanted[k].name) {
-        if (row.values.size() != wanted[k].width)
+         describe_samples(model.surface, samples, model.key, parameters.describe[stored], model.cancel))
+      if (row.name == term.schema.name) {
+        if (row.values.size() != term.schema.width)
           throw ItemError(Status::internal, fmt::format("{} has {} values, and {} in the store", row.name,
-                                                        row.values.size(), wanted[k].width));
+                                                        row.values.size(), term.schema.width));
         values.insert(values.end(), row.values.begin(), row.values.end());
       }
+    ++stored;
+  }
   return values;
 }
 
@@ -102,9 +112,13 @@ StoreHeader header_of(const SampleParameters& sample, const Inputs& inputs) {
 // than `memory` bytes; each may take 120 s. Throws UsageError as stored_parameters and collect_inputs do, and
 // when there is no mesh.
 std::vector<MeshQuery> describe_queries(const StoreReader& store, const std::string& path,
-                                        std::span<const DescriptorSchema> wanted,
+                                        std::span<const DescriptorTerm> wanted,
                                         const std::vector<std::string>& arguments, std::uint64_t memory) {
-  const StoredParameters stored = stored_parameters(store, path, wanted);
+  std::vector<DescriptorSchema> of_store;
+  for (const DescriptorTerm& term : wanted)
+    if (!term.side) of_store.push_back(term.schema);
+  StoredParameters stored = stored_parameters(store, path, of_store);
+  if (of_store.size() < wanted.size()) stored.sample.columns[&Samples::normals] = true;
   Inputs inputs = collect_inputs(arguments);
   print_unread(inputs.notes);
   if (inputs.items.empty()) throw UsageError("--mesh: no mesh file (" + mesh_extensions() + ") in the input");
@@ -177,14 +191,18 @@ void ask_items(const StoreReader& store, const RetrievalBase& base, const QueryO
 void ask_meshes(const StoreReader& store, const RetrievalBase& base, const QueryOptions& options,
                 std::uint64_t memory, Asked& asked) {
   if (options.meshes.empty()) return;
+  for (const DescriptorTerm& term : base.terms)
+    if (term.side && !term.side->local)
+      throw UsageError(
+          fmt::format("--mesh: `{}` has no vectors of other meshes: query by items, or by other "
+                      "descriptors",
+                      options.vectors));
   if (store.method_version() != store_method_version)
     fmt::print(stderr,
                "`{}` was sampled by method version {}, but the queries by version {}: the distance of a "
                "model to itself is small, not 0\n",
                options.store, store.method_version(), store_method_version);
-  std::vector<DescriptorSchema> schemas;
-  for (const DescriptorTerm& term : base.terms) schemas.push_back(term.schema);
-  for (MeshQuery& mesh : describe_queries(store, options.store, schemas, options.meshes, memory)) {
+  for (MeshQuery& mesh : describe_queries(store, options.store, base.terms, options.meshes, memory)) {
     std::optional<DescriptorQuery> query;
     if (mesh.status == Status::ok) query = query_of(base, mesh.values);
     asked.add({.query = std::move(mesh.id),
@@ -246,6 +264,8 @@ std::vector<Answer> answered(const StoreReader& store, RetrievalBase& base, cons
   std::uint64_t held = asked.queries.size() * kept * sizeof(NearRow);
   for (const DescriptorQuery& query : asked.queries)
     for (const std::vector<float>& block : query.blocks) held += block.size() * sizeof(float);
+  for (const DescriptorTerm& term : base.terms)
+    if (term.side) held += term.side->values.size() * sizeof(float);
   NearestSearch search(options.k);
   auto query = asked.queries.begin();
   for (const Answer& answer : asked.answers)
@@ -373,10 +393,7 @@ int query(const QueryOptions& options, const Laboratory* laboratory) {
   const DescribedMeshes meshes = meshes_of(store, options, guard);
   guard.check(options.csv, {FileKind::csv}, "--csv");
   guard.check(options.picture, {FileKind::png}, "--picture");
-  const BaseRequest request{.descriptor = options.descriptor,
-                            .distance = options.kind(),
-                            .rank = parse_rank(options.rank),
-                            .memory = memory};
+  const BaseRequest request = request_of(store, options);
   RetrievalBase base = request.rank.kind == RankKind::plain ? load_searched_base(store, request)
                                                             : load_ranked_base(store, request);
   const std::vector<Answer> answers = answered(store, base, options, memory);
@@ -393,7 +410,8 @@ int query(const QueryOptions& options, const Laboratory* laboratory) {
   if (options.json)
     print_json(options, store, base, answers);
   else
-    fmt::print("{}", text_table(table));
+    fmt::print("descriptor {}, distance {}, {}\n{}", joined(base.terms), options.distance,
+               rank_text(base.ranking), text_table(table));
   int status = exit_done;
   for (const Answer& answer : answers) {
     if (answer.status == Status::ok) continue;

@@ -11,6 +11,7 @@
 #include "io/file/read_file.h"
 #include "io/file_kind.h"
 #include "io/run_error.h"
+#include "io/store/crc32c.h"
 #include "jobs/rows/rank_option.h"
 
 namespace meander {
@@ -96,6 +97,8 @@ ScoreOrigin origin_of_scores(const std::string& store, const RetrievalBase& base
                              bool psb_compat) {
   std::string text = fmt::format("{:08x}\n{}\n{}\n{}\n", stated_checksum(store), joined(base.terms), distance,
                                  rules_text(psb_compat));
+  for (const DescriptorTerm& term : base.terms)
+    if (term.side) text += fmt::format("{:08x}\n", crc32c(std::span<const float>(term.side->values)));
   if (base.ranking.kind != RankKind::plain) text += rank_word(base.ranking) + '\n';
   for (const std::string& name : base.classes) text += name + '\0';
   for (const std::uint64_t row : base.rows) put(text, row);

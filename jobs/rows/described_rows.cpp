@@ -62,16 +62,24 @@ std::string joined(std::span<const DescriptorTerm> terms) {
   return text;
 }
 
-std::vector<DescriptorTerm> chosen_descriptors(const StoreReader& store, const std::string& wanted) {
-  std::vector<DescriptorSchema> there;
+std::vector<float> DescriptorTerm::read(const StoreReader& store, std::uint64_t first,
+                                        std::uint64_t count) const {
+  if (!side) return store.read_descriptor(schema.name, first, count);
+  const auto begin = side->values.begin() + static_cast<std::ptrdiff_t>(first * schema.width);
+  return {begin, begin + static_cast<std::ptrdiff_t>(count * schema.width)};
+}
+
+std::vector<DescriptorTerm> chosen_descriptors(const StoreReader& store, const std::string& wanted,
+                                               const SideVectorsList& side) {
+  std::vector<DescriptorTerm> there;
   std::vector<std::string> names;
-  for (const DescriptorSchema& schema : store.descriptors()) {
-    if (schema.group != "descriptors") continue;
-    there.push_back(schema);
-    names.push_back(schema.name);
-  }
+  for (const DescriptorSchema& schema : store.descriptors())
+    if (schema.group == "descriptors") there.push_back({schema});
+  for (const std::shared_ptr<const SideVectors>& vectors : side)
+    there.push_back({vectors->schema, 1, vectors});
+  for (const DescriptorTerm& term : there) names.push_back(term.schema.name);
   if (there.empty()) throw UsageError("the store has no descriptors to compare models by");
-  if (wanted.empty()) return {{there.front()}};
+  if (wanted.empty()) return {there.front()};
   std::vector<DescriptorTerm> chosen;
   for (const NamedTerm& term : parse_terms(wanted)) {
     const auto at = std::find(names.begin(), names.end(), term.name);
@@ -81,7 +89,8 @@ std::vector<DescriptorTerm> chosen_descriptors(const StoreReader& store, const s
                                    near.empty() ? "" : ", did you mean `" + near + "`?",
                                    joined_texts(names)));
     }
-    chosen.push_back({there[static_cast<std::size_t>(at - names.begin())], term.weight});
+    chosen.push_back(there[static_cast<std::size_t>(at - names.begin())]);
+    chosen.back().weight = term.weight;
   }
   return chosen;
 }
@@ -94,7 +103,7 @@ void DescribedBlock::read(const StoreReader& store, std::span<const DescriptorTe
   values_.clear();
   for (const DescriptorTerm& term : terms) {
     widths_.push_back(term.schema.width);
-    values_.push_back(store.read_descriptor(term.schema.name, first, count));
+    values_.push_back(term.read(store, first, count));
   }
   described_.assign(count, 1);
   for (std::size_t t = 0; t < terms.size(); ++t)

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <span>
 #include <string>
 #include <utility>
@@ -12,10 +13,26 @@
 
 namespace meander {
 
+struct LocalCodes;
+
+// A descriptor beside the store: a row of values for each row of the store, NaN where there is none.
+struct SideVectors {
+  DescriptorSchema schema;    // of the group vectors_group
+  std::vector<float> values;  // rows x width
+  std::shared_ptr<const LocalCodes> local =
+      {};  // of codes of local pairs: what codes of other meshes are made by
+};
+inline constexpr const char* vectors_group = "vectors";
+using SideVectorsList = std::vector<std::shared_ptr<const SideVectors>>;
+
 // A descriptor of a combination. Weights are relative to each other.
 struct DescriptorTerm {
   DescriptorSchema schema;
   double weight = 1;
+  std::shared_ptr<const SideVectors> side = {};  // null: of the store
+
+  // Rows [first, first + count) of the store: count x width.
+  std::vector<float> read(const StoreReader& store, std::uint64_t first, std::uint64_t count) const;
 };
 
 // Names with their weights, `NAME` or `NAME=WEIGHT`, joined by `+`: pairs=2+d2. Throws UsageError for a
@@ -28,9 +45,10 @@ std::vector<NamedTerm> parse_terms(const std::string& text);
 std::string joined(std::span<const NamedTerm> terms);
 std::string joined(std::span<const DescriptorTerm> terms);
 
-// Those of the store; of an empty text its first one. Throws as parse_terms, and UsageError with the nearest
-// name.
-std::vector<DescriptorTerm> chosen_descriptors(const StoreReader& store, const std::string& wanted);
+// Those of the store and of `side`; of an empty text the first one. Throws as parse_terms, and UsageError
+// with the nearest name.
+std::vector<DescriptorTerm> chosen_descriptors(const StoreReader& store, const std::string& wanted,
+                                               const SideVectorsList& side = {});
 
 // Consecutive rows of a store.
 class DescribedBlock {

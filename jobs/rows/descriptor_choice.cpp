@@ -77,7 +77,8 @@ const DescriptorGroup* group_named(std::string_view name) {
 
 bool has_bins_in_line(const DescriptorSchema& schema) {
   const DescriptorGroup* const group = group_named(schema.name);
-  return is_histogram(schema) && (group == nullptr || group->fixed_bins.dimensions <= 1);
+  return schema.group == "descriptors" && is_histogram(schema) &&
+         (group == nullptr || group->fixed_bins.dimensions <= 1);
 }
 
 bool is_described(const DescriptorSchema& schema, std::span<const float> values) {

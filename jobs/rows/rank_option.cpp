@@ -22,11 +22,12 @@ bool take_number(std::string_view text, Number& number) {
 
 void add_rank_option(Command& command, std::string& rank) {
   command
-      .add_option("--rank", rank,
-                  "What models are ranked by: plain (the distance), scaled (the distance over the local "
-                  "scale of both), or diffusion[:k,alpha] (scaled, and diffusion over the graph of the k "
-                  "nearest neighbors)")
-      .show_default()
+      .add_option(
+          "--rank", rank,
+          "What models are ranked by: plain (the distance), scaled (the distance over the local "
+          "scale of both), or diffusion[:k,alpha] (scaled, and diffusion over the graph of the k "
+          "nearest neighbors); default: diffusion for the descriptors that are the default, up to 4096 "
+          "models, and plain for others")
       .common();
 }
 

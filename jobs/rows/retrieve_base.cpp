@@ -11,10 +11,13 @@
 #include <unordered_set>
 
 #include "jobs/cli/option_words.h"
+#include "jobs/cli/units.h"
 #include "jobs/cli/usage_error.h"
 #include "jobs/inputs/label_file.h"
 #include "jobs/inputs/store_items.h"
 #include "jobs/rows/descriptor_choice.h"
+#include "jobs/rows/foreign_vectors.h"
+#include "jobs/rows/local_codes.h"
 #include "jobs/rows/rank_option.h"
 
 namespace meander {
@@ -136,7 +139,7 @@ void find_column_scales(const StoreReader& store, const std::vector<std::uint8_t
 // Descriptors and layout, without rows.
 RetrievalBase layout_of(const StoreReader& store, const BaseRequest& request) {
   RetrievalBase base;
-  base.terms = chosen_descriptors(store, request.descriptor);
+  base.terms = chosen_descriptors(store, request.descriptor, request.side);
   std::vector<DescriptorBlock> blocks;
   for (const DescriptorTerm& term : base.terms) {
     if (const std::string why = misfit(term.schema, request.distance); !why.empty()) throw UsageError(why);
@@ -187,7 +190,7 @@ RetrievalBase make_base(const StoreReader& store, const BaseRequest& request,
   RetrievalBase result = layout_of(store, request);
   std::vector<DescriptorTerm> needed = result.terms;
   if (!request.also_described.empty()) {
-    const std::vector<DescriptorTerm> more = chosen_descriptors(store, request.also_described);
+    const std::vector<DescriptorTerm> more = chosen_descriptors(store, request.also_described, request.side);
     needed.insert(needed.end(), more.begin(), more.end());
   }
   std::vector<std::uint8_t> rows(store.rows(), 0);
@@ -268,21 +271,75 @@ DistanceKind CompareOptions::kind() const { return value_of(distance_words, dist
 void add_compare_options(Command& command, CompareOptions& options) {
   command.add_option("STORE", options.store, "The store").required();
   command
-      .add_option("--descriptor", options.descriptor,
-                  "Descriptor by its name in the store; several as a+b, each scaled by its mean distance, "
-                  "or with weights as a=2+b (default: the first of the store)")
+      .add_option(
+          "--descriptor", options.descriptor,
+          "Descriptor by its name in the store; several as a+b, each scaled by its mean distance, "
+          "or with weights as a=2+b (default: pairs, views and local-pairs, as far as they are there, or "
+          "else the first)")
       .common();
   command.add_option("--distance", options.distance, "Distance between descriptors")
       .show_default()
       .common()
       .one_of(all_words(distance_words));
   add_rank_option(command, options.rank);
+  command.add_option("--vectors", options.vectors,
+                     "Vectors of another program as a descriptor, called like this .npy file: rows x values");
+  command.add_option(
+      "--ids", options.ids,
+      "The ids of the rows of --vectors: a line each, or a CSV table with a column id (default: "
+      "the rows of the store in their order)");
   command.add_option("--memory", options.memory, "Limit of the memory of the whole process")
       .show_default()
       .bytes();
   command.add_flag("--json", options.json, "Print the results as JSON").common();
   command.add_option("--csv", options.csv, "Also write the table to this CSV file");
   add_trust_option(command, options.check);
+}
+
+namespace {
+
+// The descriptors that find most together, of those that are there.
+std::string recommended_descriptors(const StoreReader& store, const std::string& path) {
+  const auto has = [&](std::string_view name) {
+    return std::any_of(store.descriptors().begin(), store.descriptors().end(),
+                       [&](const DescriptorSchema& schema) { return schema.name == name; });
+  };
+  std::vector<NamedTerm> terms;
+  for (const Descriptor descriptor : {Descriptor::pairs, Descriptor::pairs_unsigned, Descriptor::views}) {
+    const std::string name(name_of(descriptor));
+    const bool second = descriptor == Descriptor::pairs_unsigned && !terms.empty();
+    if (has(name) && !second) terms.push_back({name});
+  }
+  if (std::filesystem::exists(words_path(path))) terms.push_back({local_pairs_name});
+  return joined(terms);
+}
+
+}  // namespace
+
+BaseRequest request_of(const StoreReader& store, const CompareOptions& options) {
+  BaseRequest request{
+      .descriptor = options.descriptor, .distance = options.kind(), .memory = parse_bytes(options.memory)};
+  bool recommended = false;
+  if (!options.vectors.empty()) {
+    request.side.push_back(read_foreign_vectors(store, options.vectors, options.ids));
+    if (request.descriptor.empty()) request.descriptor = foreign_name(options.vectors);
+  } else if (!options.ids.empty()) {
+    throw UsageError("--ids names the rows of --vectors: give both, or neither");
+  }
+  if (request.descriptor.empty() && request.distance != DistanceKind::emd) {
+    request.descriptor = recommended_descriptors(store, options.store);
+    recommended = !request.descriptor.empty();
+  }
+  for (std::shared_ptr<const SideVectors>& vectors :
+       named_side_vectors(store, options.store, request.descriptor))
+    request.side.push_back(std::move(vectors));
+  if (!options.rank.empty())
+    request.rank = parse_rank(options.rank);
+  else if (recommended && store.rows() <= max_ranked_rows)
+    request.rank.kind = RankKind::diffusion;
+  for (const std::shared_ptr<const SideVectors>& vectors : request.side)
+    request.held += vectors->values.size() * sizeof(float);
+  return request;
 }
 
 std::optional<DescriptorQuery> query_of(const RetrievalBase& base, std::span<const float> values) {
@@ -301,7 +358,7 @@ std::optional<DescriptorQuery> query_of(const StoreReader& store, const Retrieva
                                         std::uint64_t row) {
   std::vector<float> values;
   for (const DescriptorTerm& term : base.terms) {
-    const std::vector<float> part = store.read_descriptor(term.schema.name, row, 1);
+    const std::vector<float> part = term.read(store, row, 1);
     values.insert(values.end(), part.begin(), part.end());
   }
   return query_of(base, values);

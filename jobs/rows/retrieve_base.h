@@ -20,7 +20,7 @@ namespace meander {
 
 // What every comparison of models is told.
 struct CompareOptions {
-  std::string store, descriptor, distance = "l1", rank = "plain", csv, memory = "4G";
+  std::string store, descriptor, distance = "l1", rank, vectors, ids, csv, memory = "4G";
   bool json = false;
   StoreCheck check = StoreCheck::every_byte;
 
@@ -61,9 +61,17 @@ struct BaseRequest {
   RankParameters rank = {};                       // of a base in memory
   std::uint64_t memory = std::uint64_t{4} << 30;  // bytes, of the whole process
   std::uint64_t held = 0;                         // bytes that are taken besides
+  SideVectorsList side = {};                      // besides those of the store
   // Rows without one of these are left out, too; their values are not read into the base.
   std::string also_described = {};
 };
+
+// The request of options. Without --descriptor, of what the store and STORE.words have: pairs (or else
+// pairs-unsigned), views and local-pairs; where there is none of these, the first descriptor; with --vectors,
+// these alone. Without --rank, diffusion for a choice of the first kind of at most max_ranked_rows, and plain
+// for others. Throws UsageError.
+inline constexpr std::uint64_t max_ranked_rows = 4096;
+BaseRequest request_of(const StoreReader& store, const CompareOptions& options);
 
 // A base whose rows stay in the store: see search_store. It knows the layout and the scales of its blocks.
 RetrievalBase load_searched_base(const StoreReader& store, const BaseRequest& request);

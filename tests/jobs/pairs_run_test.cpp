@@ -309,7 +309,11 @@ TEST_CASE("retrieve: --memory is a bound, and larger work is refused") {
   const ProcessResult evaluate = meander_with({"retrieve", "evaluate", store, "--memory", "20M"});
   CHECK(evaluate.exit_code == 2);
   CHECK(contains(evaluate.err, "--memory: a comparison of 14 models needs about "));
-  const ProcessResult query = meander_with({"retrieve", "query", store, "0", "--memory", "20M"});
+  const ProcessResult ranked = meander_with({"retrieve", "query", store, "0", "--memory", "20M"});
+  CHECK(ranked.exit_code == 2);
+  CHECK(contains(ranked.err, "--memory: a comparison of 14 models needs about "));
+  const ProcessResult query =
+      meander_with({"retrieve", "query", store, "0", "--rank", "plain", "--memory", "20M"});
   CHECK(query.exit_code == 2);
   CHECK(contains(query.err, "--memory: a search of 14 rows needs about "));
   const auto found = [&](const char* memory) {

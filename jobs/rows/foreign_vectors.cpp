@@ -1,0 +1,158 @@
+#include "jobs/rows/foreign_vectors.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <limits>
+#include <optional>
+#include <sstream>
+#include <vector>
+
+#include "io/file/file_bytes.h"
+#include "io/file/read_file.h"
+#include "io/table/npy_header.h"
+#include "jobs/cli/usage_error.h"
+#include "kernels/public/status.h"
+
+namespace meander {
+
+namespace {
+
+constexpr std::uint64_t max_width = 65536;
+
+struct Matrix {
+  std::uint64_t rows = 0;
+  std::uint32_t width = 0;
+  std::vector<float> values;
+};
+
+template <class Number>
+std::vector<float> values_at(const char* from, std::size_t count) {
+  std::vector<float> values(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    Number number;
+    std::memcpy(&number, from + i * sizeof number, sizeof number);
+    values[i] = static_cast<float>(number);
+  }
+  return values;
+}
+
+Matrix read_matrix(const std::string& path) {
+  const auto refuse = [&](const std::string& why) {
+    return UsageError(fmt::format("--vectors: `{}` {}", path, why));
+  };
+  std::optional<FileBytes> file;
+  std::string_view content;
+  NpyHeader header;
+  try {
+    file.emplace(path);
+    content = {reinterpret_cast<const char*>(file->bytes().data()), file->bytes().size()};
+    header = read_npy_header(content);
+  } catch (const ItemError& error) {
+    throw refuse(fmt::format("is no array of numpy: {}", error.what()));
+  }
+  if (header.shape.size() != 2 || (header.type != "<f4" && header.type != "<f8") || header.fortran_order)
+    throw refuse("should be an array of rows x values, float32 or float64, in C order");
+  const std::uint64_t rows = header.shape[0], width = header.shape[1];
+  const std::size_t size = header.type == "<f4" ? 4 : 8;
+  if (width < 1 || width > max_width)
+    throw refuse(fmt::format("has {} values in a row, not 1 to {}", width, max_width));
+  if (rows > (content.size() - header.bytes) / size / width ||
+      rows * width * size != content.size() - header.bytes)
+    throw refuse(fmt::format("states {} x {} values, which is not what follows", rows, width));
+  const char* const from = content.data() + header.bytes;
+  return {rows, static_cast<std::uint32_t>(width),
+          size == 4 ? values_at<float>(from, rows * width) : values_at<double>(from, rows * width)};
+}
+
+std::vector<std::string> cells_of_line(const std::string& line) {
+  std::vector<std::string> cells(1);
+  bool quoted = false;
+  for (const char c : line) {
+    if (c == '"')
+      quoted = !quoted;
+    else if (c == ',' && !quoted)
+      cells.emplace_back();
+    else
+      cells.back() += c;
+  }
+  return cells;
+}
+
+std::vector<std::string> read_ids(const std::string& path) {
+  std::istringstream text(content_of_file(path));
+  std::vector<std::string> ids;
+  std::size_t column = 0;
+  bool is_table = false;
+  for (std::string line; std::getline(text, line);) {
+    if (!line.empty() && line.back() == '\r') line.pop_back();
+    if (ids.empty() && !is_table) {
+      const std::vector<std::string> heading = cells_of_line(line);
+      const auto at = std::find(heading.begin(), heading.end(), "id");
+      if (at != heading.end()) {
+        is_table = true;
+        column = static_cast<std::size_t>(at - heading.begin());
+        continue;
+      }
+    }
+    if (!is_table) {
+      ids.push_back(line);
+      continue;
+    }
+    const std::vector<std::string> cells = cells_of_line(line);
+    if (column >= cells.size())
+      throw UsageError(fmt::format("--ids: line `{}` of `{}` has no column id", line, path));
+    ids.push_back(cells[column]);
+  }
+  return ids;
+}
+
+}  // namespace
+
+std::string foreign_name(const std::string& vectors) {
+  return std::filesystem::path(vectors).stem().string();
+}
+
+std::shared_ptr<const SideVectors> read_foreign_vectors(const StoreReader& store, const std::string& vectors,
+                                                        const std::string& ids) {
+  const std::string name = foreign_name(vectors);
+  if (name.empty() || name.find_first_of("+=") != std::string::npos)
+    throw UsageError(
+        fmt::format("--vectors: `{}` names a descriptor `{}`: rename it without `+` and `=`", vectors, name));
+  for (const DescriptorSchema& schema : store.descriptors())
+    if (schema.name == name)
+      throw UsageError(fmt::format("--vectors: the store has a descriptor `{}`: rename `{}`", name, vectors));
+  const Matrix matrix = read_matrix(vectors);
+  std::vector<std::uint64_t> rows(matrix.rows);
+  if (ids.empty()) {
+    if (matrix.rows != store.rows())
+      throw UsageError(fmt::format("--vectors: `{}` has {} rows and the store {}: give their ids with --ids",
+                                   vectors, matrix.rows, store.rows()));
+    for (std::uint64_t row = 0; row < rows.size(); ++row) rows[row] = row;
+  } else {
+    const std::vector<std::string> read = read_ids(ids);
+    if (read.size() != matrix.rows)
+      throw UsageError(
+          fmt::format("--ids: `{}` has {} ids and `{}` {} rows", ids, read.size(), vectors, matrix.rows));
+    std::vector<std::uint8_t> taken(store.rows(), 0);
+    for (std::size_t i = 0; i < read.size(); ++i) {
+      const auto row = store.find(read[i]);
+      if (!row) throw UsageError(fmt::format("--ids: the store has no model `{}` of `{}`", read[i], ids));
+      if (taken[*row]++ != 0) throw UsageError(fmt::format("--ids: `{}` has `{}` twice", ids, read[i]));
+      rows[i] = *row;
+    }
+  }
+  auto made = std::make_shared<SideVectors>();
+  made->schema = {name, matrix.width, {{"value", "vectors of " + vectors}}, vectors_group};
+  made->values.assign(store.rows() * matrix.width, std::numeric_limits<float>::quiet_NaN());
+  for (std::size_t i = 0; i < rows.size(); ++i)
+    if (store.report(rows[i]).status == Status::ok)
+      std::copy_n(matrix.values.begin() + static_cast<std::ptrdiff_t>(i * matrix.width), matrix.width,
+                  made->values.begin() + static_cast<std::ptrdiff_t>(rows[i] * matrix.width));
+  return made;
+}
+
+}  // namespace meander
