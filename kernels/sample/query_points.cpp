@@ -390,12 +390,14 @@ void add_query_points(const PolygonMesh& file, const PreparedMesh& surface, cons
 }
 
 double query_bytes(double queries, double triangles, double vertices) {
-  // Points twice, places, the nearest, sides and their order; the row and its chunks.
-  constexpr double per_query = 24 + 24 + 8 + 40 + 40 + 2 * 60;
-  // A second mesh, the tree with its winding numbers, and the sorted edges of the orientation.
-  constexpr double per_triangle = 300 + 300 + 200, shell = 12e6;
-  return queries * per_query + triangles * per_triangle + vertices * 100 + triangle_tree_bytes(triangles) +
-         shell;
+  // Places, points in three frames, and those on edges; the row and its chunks.
+  constexpr double per_query = 8 + 24 + 24 + 24 + 48 + 2 * 70;
+  // A copy of the file's faces, and a mesh of its own made of it.
+  const double own = 24 * vertices + 16 * triangles +
+                     std::max(drop_doubled_faces_bytes(triangles, 3 * triangles, vertices),
+                              prepared_bytes(triangles, vertices, true).peak);
+  return queries * per_query + own + triangle_tree_bytes(triangles) + nearest_triangles_bytes(queries) +
+         orient_outward_bytes(triangles) + point_sides_bytes(triangles, queries);
 }
 
 }  // namespace meander
