@@ -17,6 +17,7 @@
 #include "jobs/cli/units.h"
 #include "jobs/cli/usage_error.h"
 #include "jobs/export/export_format.h"
+#include "jobs/export/training_schema.h"
 #include "kernels/core/joined_texts.h"
 #include "kernels/core/spelling.h"
 #include "kernels/sample/point_frames.h"
@@ -227,11 +228,28 @@ void add_array_export_options(const Command& whole, ArrayExport& options) {
       .show_default()
       .bytes()
       .on_given([&options] { options.shapes_shards = true; });
+  command
+      .add_option(
+          "--schema", options.schema,
+          "npz: files with the keys, shapes and types that the loaders of a published project read, of a "
+          "store with --queries (docs/TRAINING.md)")
+      .one_of(all_words(schema_words));
+  command
+      .add_option("--uncertain", options.uncertain,
+                  "--schema: points whose side is not certain, and models without any other: drop, or keep")
+      .show_default()
+      .one_of(all_words(uncertain_words))
+      .on_given([&options] { options.chooses_uncertain = true; });
 }
 
 void check_array_export(const ArrayExport& options, const std::string& format) {
   if (!options.arrays.empty() && export_format(format).content != ExportContent::arrays)
     throw UsageError("--arrays applies to --format " + formats_with(ExportContent::arrays, "and") + " only");
+  if (!options.schema.empty() && format != "npz") throw UsageError("--schema applies to --format npz only");
+  if (!options.schema.empty() && !options.arrays.empty())
+    throw UsageError("--schema says which arrays there are: leave --arrays out");
+  if (options.chooses_uncertain && options.schema.empty())
+    throw UsageError("--uncertain applies to --schema only");
   for (const std::string& name : options.arrays)
     if (const std::string problem = array_problem(name); !problem.empty()) throw UsageError(problem);
   if (options.shapes_shards && format != "webdataset")

@@ -19,7 +19,10 @@ struct ArrayExport {
   std::vector<std::string> arrays;  // names; empty: points, normals and, of a store with colors, rgb, as far
                                     // as there are such
   std::string shard_bytes = "256M";
-  bool shapes_shards = false;  // --shard-bytes was given
+  bool shapes_shards = false;      // --shard-bytes was given
+  std::string schema;              // a word of schema_words; empty: none
+  std::string uncertain = "drop";  // a word of uncertain_words
+  bool chooses_uncertain = false;  // --uncertain was given
 };
 
 void add_array_export_options(const Command& command, ArrayExport& options);

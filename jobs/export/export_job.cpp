@@ -5,6 +5,7 @@
 #include <atomic>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <set>
 
 #include "io/file/atomic_file.h"
@@ -24,6 +25,7 @@
 #include "jobs/export/export_descriptors.h"
 #include "jobs/export/export_format.h"
 #include "jobs/export/export_page.h"
+#include "jobs/export/training_schema.h"
 #include "jobs/inputs/store_items.h"
 #include "meander_version.h"
 
@@ -67,6 +69,7 @@ const ExportFormat* file_format(const fs::path& output) {
 // Takes the format from the ending of the output where none was asked for.
 void settle_format(ExportOptions& options) {
   const ExportFormat* const file = options.pointnet ? nullptr : file_format(options.output);
+  if (options.format.empty() && !options.arrays.schema.empty()) options.format = "npz";
   if (options.format.empty()) {
     options.format = file != nullptr ? file->word : "ply";
     return;
@@ -205,6 +208,68 @@ int export_points(const StoreReader& store, const std::vector<std::uint64_t>& ro
   return exit_done;
 }
 
+// The files of a schema for every row, in a folder.
+int export_schema(const StoreReader& store, const std::vector<std::uint64_t>& rows,
+                  const ExportOptions& options, OutputGuard& guard) {
+  const auto schema = value_of(schema_words, options.arrays.schema);
+  const auto uncertain = value_of(uncertain_words, options.arrays.uncertain);
+  require_schema(store, schema);
+  UnfinishedExport unfinished(
+      options.output,
+      parameters_of(store, options, {"schema " + options.arrays.schema, options.arrays.uncertain}),
+      options.fresh, guard);
+  const std::uint32_t queries = store.columns().points_of(PointSet::queries, 0);
+  struct File {
+    fs::path path;
+    std::uint64_t row;
+    std::size_t number;
+  };
+  std::vector<File> files;
+  std::uint64_t left_out = 0, dropped = 0;
+  for (const std::uint64_t row : rows) {
+    const ItemReport report = store.report(row);
+    if (!has_sides(report, queries, uncertain)) {
+      ++left_out;
+      continue;
+    }
+    dropped += uncertain == UncertainChoice::drop ? report.uncertain : 0;
+    const std::vector<std::string> names = schema_files(schema, store.id(row));
+    for (std::size_t number = 0; number < names.size(); ++number) {
+      files.push_back({path_below(options.output, names[number], ""), row, number});
+      const FileKind kind = files.back().path.extension() == ".npy" ? FileKind::npy : FileKind::zip;
+      guard.check(files.back().path, {kind}, "-o", unfinished.existing(), true);
+    }
+  }
+  if (unfinished.begin()) {
+    std::set<std::string> names;
+    for (const File& file : files) names.insert(file.path.lexically_relative(options.output).string());
+    remove_temporaries(options.output, names);
+  }
+  const std::atomic<bool>& stop = catch_stop_signals();
+  std::optional<Row> content;  // of the file before
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    const File& file = files[i];
+    if (stop) return say_stopped(options, fmt::format("with {} of {} files written", i, files.size()));
+    if (i == 0 || files[i - 1].row != file.row) content.reset();
+    if (unfinished.has_made(file.path)) continue;
+    if (!content) content = store.read_row(file.row);
+    std::error_code error;
+    fs::create_directories(file.path.parent_path(), error);
+    if (error) throw_file_error(error.value(), "create", file.path.parent_path(), FullDisk::stops_run);
+    AtomicFile out(file.path, FullDisk::stops_run);
+    write_schema_file([&out](std::string_view bytes) { out.append(bytes); }, store.columns(), schema,
+                      file.number, uncertain, *content, store.id(file.row));
+    out.commit();
+  }
+  unfinished.end();
+  fmt::print("{} files of {} models in {}\n", files.size(), rows.size() - left_out, options.output);
+  if (dropped > 0) fmt::print("{} points without a certain side were left out\n", dropped);
+  if (left_out > 0)
+    fmt::print("{} {} left out: no point has a certain side (--uncertain keep)\n", left_out,
+               left_out == 1 ? "model was" : "models were");
+  return exit_done;
+}
+
 // All files of an earlier export, whatever their number: those that are not written again are removed.
 void check_pointnet_files(const ExportOptions& options, Existing existing, OutputGuard& guard) {
   for (const fs::path& file : pointnet_files(options.output)) {
@@ -276,6 +341,7 @@ int export_store(ExportOptions& options) {
   std::sort(rows.begin(), rows.end());
   rows.erase(std::unique(rows.begin(), rows.end()), rows.end());
   if (options.format == "webdataset") return export_arrays(store, rows, options, guard);
+  if (!options.arrays.schema.empty()) return export_schema(store, rows, options, guard);
   return export_points(store, rows, options, guard);
 }
 
@@ -347,6 +413,11 @@ JobFunction add_export_job(Command& program) {
       throw UsageError("PointNet shards are several files: -o FOLDER");
     if (options->format == "webdataset" && options->output == standard_output)
       throw UsageError("WebDataset shards are several files: -o FOLDER");
+    if (!options->arrays.schema.empty() &&
+        (options->output == standard_output || file_format(options->output) != nullptr))
+      throw UsageError("the files of --schema have names of their own: -o FOLDER");
+    if (!options->arrays.schema.empty() && !options->frame.empty())
+      throw UsageError("--schema says what coordinates are: leave --frame out");
     if (options->pointnet && !options->items.empty())
       throw UsageError("--pointnet exports all ok rows: leave the items out");
     return export_store(*options);
