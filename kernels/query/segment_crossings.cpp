@@ -42,10 +42,9 @@ int crossing(const TriangleTree& tree, std::size_t position, Vector3 a, Vector3 
   return 0;
 }
 
-}  // namespace
-
-SegmentCrossings segment_crossings(const TriangleTree& tree, std::span<const std::uint8_t> flipped, Vector3 a,
-                                   Vector3 b) {
+template <bool all>
+SegmentCrossings find_crossings(const TriangleTree& tree, std::span<const std::uint8_t> flipped, Vector3 a,
+                                Vector3 b) {
   const double extent = std::max(largest_of(a), largest_of(b));
   const auto slack = static_cast<float>(float_slack(extent));
   const float from[3] = {static_cast<float>(a.x), static_cast<float>(a.y), static_cast<float>(a.z)};
@@ -93,11 +92,24 @@ SegmentCrossings segment_crossings(const TriangleTree& tree, std::span<const std
         const bool turned = !flipped.empty() && flipped[tree.order[position]] != 0;
         result.outward += turned ? -outward : outward;
         result.count += outward != 0;
+        if (!all && result.count > 0) return result;
       }
     }
     if (waiting == 0) return result;
     at = stack[--waiting];
   }
+}
+
+}  // namespace
+
+SegmentCrossings segment_crossings(const TriangleTree& tree, std::span<const std::uint8_t> flipped, Vector3 a,
+                                   Vector3 b) {
+  return find_crossings<true>(tree, flipped, a, b);
+}
+
+bool is_free_segment(const TriangleTree& tree, Vector3 a, Vector3 b) {
+  const SegmentCrossings found = find_crossings<false>(tree, {}, a, b);
+  return found.sure && found.count == 0;
 }
 
 }  // namespace meander

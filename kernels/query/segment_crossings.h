@@ -22,4 +22,7 @@ struct SegmentCrossings {
 SegmentCrossings segment_crossings(const TriangleTree& tree, std::span<const std::uint8_t> flipped, Vector3 a,
                                    Vector3 b);
 
+// Whether it surely crosses no triangle: count is 0 and sure. Ends at the first that it may cross.
+bool is_free_segment(const TriangleTree& tree, Vector3 a, Vector3 b);
+
 }  // namespace meander

@@ -190,8 +190,7 @@ ShellSide shell_side(const ShellGrid& grid, const TriangleTree& tree, Vector3 po
           const Vector3 middle = grid.low + grid.cell * Vector3{static_cast<double>(at[0]) + 0.5,
                                                                 static_cast<double>(at[1]) + 0.5,
                                                                 static_cast<double>(at[2]) + 0.5};
-          const SegmentCrossings found = segment_crossings(tree, {}, point, middle);
-          if (!found.sure || found.count > 0) continue;
+          if (!is_free_segment(tree, point, middle)) continue;
           (kind == ShellCell::outside ? outside : enclosed) = true;
         }
   if (outside == enclosed) return {!outside, false};

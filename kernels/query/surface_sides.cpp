@@ -210,8 +210,7 @@ bool reaches(const ShellGrid& grid, const TriangleTree& tree, const SidePoint& f
   if (!from.known || distance(here, from.looked_up) > grid.cell) return false;
   const double step = distance(here, from.at) * (1 + 1e-9);
   if (step < from.distance || step < distance_here) return true;
-  const SegmentCrossings crossed = segment_crossings(tree, {}, from.at, here);
-  return crossed.sure && crossed.count == 0;
+  return is_free_segment(tree, from.at, here);
 }
 
 // Sides of a run by the grid. Points of cells of the surface have the side of a point no more than a cell

@@ -160,6 +160,7 @@ TEST_CASE("segment_crossings: how much winding numbers differ, and nothing where
     const Vector3 a{points[3 * i], points[3 * i + 1], points[3 * i + 2]},
         b{points[3 * i + 3], points[3 * i + 4], points[3 * i + 5]};
     const SegmentCrossings found = segment_crossings(tree, {}, a, b);
+    CHECK(is_free_segment(tree, a, b) == (found.sure && found.count == 0));
     if (!found.sure) {
       ++unsure;
       continue;
