@@ -85,14 +85,6 @@ std::size_t points_of(const StoreHeader& header, const DatasetSpec& spec) {
   return header.columns->points_of(spec.set, header.samples);
 }
 
-// An upper bound of the bytes of the samples of a row, and of the other sets.
-std::size_t most_sample_bytes(const StoreHeader& header) {
-  std::size_t bytes = 0;
-  for (const DatasetSpec& spec : datasets_of(header.columns))
-    if (spec.role == Role::samples) bytes += points_of(header, spec) * value_bytes(spec);
-  return bytes;
-}
-
 // Calls visit(spec, chunk, part) for all chunks of the samples of a row in the order of records: the first
 // one of every dataset, then the second ones, and so on.
 template <class Visit>
@@ -282,8 +274,9 @@ EncodedRow encode(const StoreHeader& header, std::uint64_t row_number, const Row
   encoded.row = row_number;
   std::vector<std::byte>& out = encoded.bytes;
   // Filtered chunks are hardly larger.
-  out.reserve(record_header_bytes + payload_head_bytes(header) +
-              (ok ? most_sample_bytes(header) + 2 * header.samples + 1024 + names.size() : 0));
+  out.reserve(
+      record_header_bytes + payload_head_bytes(header) +
+      (ok ? row_bytes(header.columns, header.samples) + 2 * header.samples + 1024 + names.size() : 0));
   append_head(header, report, out);
   if (ok) {
     append_descriptors(header, row, out);
@@ -320,7 +313,7 @@ RecordInParts::Part RecordInParts::encode(std::uint32_t part, const Samples& sam
   const std::size_t count = end_of(part) - begin_of(part);
   check_samples(header_, samples, report_.status, count);
   Part made;
-  made.bytes.reserve(chunk_.samples * (sample_bytes(header_.columns) + 2) + 1024);
+  made.bytes.reserve(row_bytes(header_.columns, chunk_.samples) + 2 * chunk_.samples + 1024);
   for (const DatasetSpec& spec : datasets_of(header_.columns))
     if (spec.role == Role::samples)
       append_chunk(spec, chunk_, spec.view(samples), header_.compression, made.bytes);

@@ -283,10 +283,10 @@ std::uint32_t ItemRecord::names_bytes(std::span<const std::byte> items) const {
   return length;
 }
 
-std::uint64_t sample_bytes(const StoredColumns& columns) {
+std::uint64_t row_bytes(const StoredColumns& columns, std::uint32_t samples) {
   std::uint64_t bytes = 0;
   for (const DatasetSpec& spec : datasets_of(columns))
-    if (spec.role == Role::samples && spec.set == PointSet::samples) bytes += value_bytes(spec);
+    if (spec.role == Role::samples) bytes += columns->points_of(spec.set, samples) * value_bytes(spec);
   return bytes;
 }
 

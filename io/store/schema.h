@@ -94,8 +94,8 @@ std::optional<StoreColumns> columns_of_content(std::string_view name);
 // without the leading `/`, as stores of this format version name them.
 std::vector<std::string> column_list(const StoredColumns& columns,
                                      std::uint32_t version = store_format_version);
-// Bytes of one sample in all columns, before they are compressed.
-std::uint64_t sample_bytes(const StoredColumns& columns);
+// Bytes of a row of so many samples in all columns of points, before they are compressed.
+std::uint64_t row_bytes(const StoredColumns& columns, std::uint32_t samples);
 
 // The names behind the classes of all rows, one behind the other, are one dataset of bytes, in chunks of this
 // length; item columns have their lengths.

@@ -144,11 +144,11 @@ class RunJob {
       largest = std::max(largest, item.reserved_bytes);
       over += item.reserved_bytes > options_.model_bytes;
     }
-    const double points = static_cast<double>(inputs_.items.size()) * header_.samples;
     fmt::print("{}, {:.1f} MB of input, {} each, about {:.1f} MB of points and their attributes\n",
                counted(inputs_.items.size(), "model"), static_cast<double>(estimate.bytes) * 1e-6,
                counted(header_.samples, "point"),
-               points * 1e-6 * static_cast<double>(store::sample_bytes(header_.columns)));
+               static_cast<double>(inputs_.items.size()) * 1e-6 *
+                   static_cast<double>(store::row_bytes(header_.columns, header_.samples)));
     fmt::print(
         "largest model needs about {} MiB of the {} MiB that --memory leaves for models; {} would be "
         "too_large\n",
