@@ -218,6 +218,7 @@ std::string describe(FileKind kind) {
                                 "a zip archive"sv,
                                 "a file of scores"sv,
                                 "a file of words"sv,
+                                "a graph of neighbors"sv,
                                 "a matrix of distances"sv,
                                 "a text file"sv,
                                 "a file of unknown content"sv};
@@ -232,6 +233,7 @@ FileKind kind_of_file(const std::filesystem::path& path) {
   if (bytes.starts_with("meander store\n")) return FileKind::store;
   if (bytes.starts_with(scores_magic)) return FileKind::scores;
   if (bytes.starts_with(words_magic)) return FileKind::words;
+  if (bytes.starts_with(graph_magic)) return FileKind::graph;
   if (is_hdf5(bytes)) return FileKind::hdf5;
   if (bytes.starts_with("\x89PNG\r\n\x1a\n"sv)) return FileKind::png;
   if (bytes.starts_with("\x93NUMPY"sv)) return FileKind::npy;

@@ -29,6 +29,7 @@ enum class FileKind : std::uint8_t {
   zip,              // arrays of numpy (npz) among others
   scores,           // of queries: meander retrieve evaluate --write-scores
   words,            // of local pairs: meander retrieve words
+  graph,            // of nearest neighbors: meander retrieve graph
   distance_matrix,  // n x n float32 without header: finite, none negative, the first 0
   text,             // any other text
   unknown,
@@ -60,6 +61,7 @@ constexpr std::string_view ending_of(FileKind kind) {
 }
 
 // What files of scores begin with.
+inline constexpr std::string_view graph_magic = "meander graph 1\n";
 inline constexpr std::string_view words_magic = "meander words 1\n";
 inline constexpr std::string_view scores_magic = "meander scores 1\n";
 

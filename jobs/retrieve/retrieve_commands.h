@@ -13,6 +13,8 @@ namespace meander {
 // Each adds one command to the parser of `retrieve`; the returned function runs it.
 // query: the models of a store that are most similar to its own, or to any mesh.
 JobFunction add_query_command(Command& retrieve, const Laboratory* laboratory);
+// graph: makes the graph of nearest neighbors that queries are ranked by.
+JobFunction add_graph_command(Command& retrieve);
 // words: learns the words of local pairs from a store, and codes its models.
 JobFunction add_words_command(Command& retrieve);
 // select: scores every setting, and judges the choice among them on classes left out.

@@ -413,8 +413,10 @@ JobFunction add_retrieve_job(Command& program, const Laboratory* laboratory) {
                    "Read all parts from files of --write-scores instead of computing distances");
   const JobFunction select = add_select_command(command);
   const JobFunction words = add_words_command(command);
-  return [options, laboratory, command, query, select, words] {
+  const JobFunction graph = add_graph_command(command);
+  return [options, laboratory, command, query, select, words, graph] {
     if (command.chose("query")) return query();
+    if (command.chose("graph")) return graph();
     if (command.chose("words")) return words();
     return command.chose("evaluate") ? evaluate(*options, laboratory) : select();
   };

@@ -17,6 +17,7 @@
 #include "jobs/inputs/store_items.h"
 #include "jobs/rows/descriptor_choice.h"
 #include "jobs/rows/foreign_vectors.h"
+#include "jobs/rows/graph_file.h"
 #include "jobs/rows/local_codes.h"
 #include "jobs/rows/rank_option.h"
 
@@ -183,6 +184,20 @@ void find_scales(const StoreReader& store, std::span<const std::uint64_t> rows, 
   for (std::size_t t = 0; t < base.terms.size(); ++t) base.base.blocks[t].scale = few.blocks[t].scale;
 }
 
+// The ranking of STORE.graph where it fits, or a new one.
+RowRanking ranking_of(const RetrievalBase& base, const BaseRequest& request) {
+  if (request.rank.kind == RankKind::diffusion && !request.graph_of.empty()) {
+    const std::filesystem::path path = graph_path(request.graph_of);
+    if (const auto read = read_graph(path, origin_of_graph(request.graph_of, base, request))) return *read;
+    if (base.rows.size() > max_ranked_rows && std::filesystem::exists(path))
+      throw UsageError(fmt::format(
+          "`{}` is the graph of other rows, descriptors or settings: `meander retrieve graph` makes "
+          "it anew; --rank plain or scaled needs none",
+          path.string()));
+  }
+  return make_row_ranking(base.base, request.rank);
+}
+
 // The candidates that have their descriptors, in their order, in memory.
 RetrievalBase make_base(const StoreReader& store, const BaseRequest& request,
                         const std::vector<std::uint64_t>& candidates,
@@ -219,7 +234,7 @@ RetrievalBase make_base(const StoreReader& store, const BaseRequest& request,
       if (rows[row] == described_row) set_row(result, result.base, place[row], block, row, scratch);
   });
   if (result.terms.size() > 1) set_descriptor_scales(result.base, scale_pairs(result.rows.size()));
-  result.ranking = make_row_ranking(result.base, request.rank);
+  result.ranking = ranking_of(result, request);
   return result;
 }
 
@@ -268,7 +283,7 @@ std::vector<std::uint32_t> miscellaneous(const std::vector<std::string>& classes
 
 DistanceKind CompareOptions::kind() const { return value_of(distance_words, distance); }
 
-void add_compare_options(Command& command, CompareOptions& options) {
+void add_comparison_options(Command& command, CompareOptions& options) {
   command.add_option("STORE", options.store, "The store").required();
   command
       .add_option(
@@ -291,9 +306,13 @@ void add_compare_options(Command& command, CompareOptions& options) {
   command.add_option("--memory", options.memory, "Limit of the memory of the whole process")
       .show_default()
       .bytes();
+  add_trust_option(command, options.check);
+}
+
+void add_compare_options(Command& command, CompareOptions& options) {
+  add_comparison_options(command, options);
   command.add_flag("--json", options.json, "Print the results as JSON").common();
   command.add_option("--csv", options.csv, "Also write the table to this CSV file");
-  add_trust_option(command, options.check);
 }
 
 namespace {
@@ -317,8 +336,10 @@ std::string recommended_descriptors(const StoreReader& store, const std::string&
 }  // namespace
 
 BaseRequest request_of(const StoreReader& store, const CompareOptions& options) {
-  BaseRequest request{
-      .descriptor = options.descriptor, .distance = options.kind(), .memory = parse_bytes(options.memory)};
+  BaseRequest request{.descriptor = options.descriptor,
+                      .distance = options.kind(),
+                      .memory = parse_bytes(options.memory),
+                      .graph_of = options.store};
   bool recommended = false;
   if (!options.vectors.empty()) {
     request.side.push_back(read_foreign_vectors(store, options.vectors, options.ids));
@@ -335,7 +356,8 @@ BaseRequest request_of(const StoreReader& store, const CompareOptions& options) 
     request.side.push_back(std::move(vectors));
   if (!options.rank.empty())
     request.rank = parse_rank(options.rank);
-  else if (recommended && store.rows() <= max_ranked_rows)
+  else if (recommended &&
+           (store.rows() <= max_ranked_rows || std::filesystem::exists(graph_path(options.store))))
     request.rank.kind = RankKind::diffusion;
   for (const std::shared_ptr<const SideVectors>& vectors : request.side)
     request.held += vectors->values.size() * sizeof(float);

@@ -27,6 +27,8 @@ struct CompareOptions {
   DistanceKind kind() const;
 };
 void add_compare_options(Command& command, CompareOptions& options);
+// The same without --json and --csv.
+void add_comparison_options(Command& command, CompareOptions& options);
 
 // How a column of separate values is scaled: (value - mean) / deviation is compared; 0 where the deviation is
 // 0.
@@ -62,6 +64,7 @@ struct BaseRequest {
   std::uint64_t memory = std::uint64_t{4} << 30;  // bytes, of the whole process
   std::uint64_t held = 0;                         // bytes that are taken besides
   SideVectorsList side = {};                      // besides those of the store
+  std::string graph_of = {};  // the store whose STORE.graph is taken where it fits; empty: none
   // Rows without one of these are left out, too; their values are not read into the base.
   std::string also_described = {};
 };
@@ -70,6 +73,7 @@ struct BaseRequest {
 // pairs-unsigned), views and local-pairs; where there is none of these, the first descriptor; with --vectors,
 // these alone. Without --rank, diffusion for a choice of the first kind of at most max_ranked_rows, and plain
 // for others. Throws UsageError.
+// More rows are ranked without --rank where there is STORE.graph, which must fit then.
 inline constexpr std::uint64_t max_ranked_rows = 4096;
 BaseRequest request_of(const StoreReader& store, const CompareOptions& options);
 

@@ -308,6 +308,27 @@ TEST_CASE("retrieve --rank: evaluate says what it used, and query lists what eva
     CHECK(refused.exit_code == 2);
     CHECK(contains(refused.err, "--rank: `" + wrong + "` is not plain, scaled, diffusion or"));
   }
+  // A graph made once gives the same answers; one that does not fit is made anew, and a damaged one refused.
+  const std::string whole = evaluate("diffusion", {"--json"}).out;
+  const ProcessResult graph = retrieve({"graph", store, "--descriptor", "place"});
+  INFO(graph.err);
+  REQUIRE(graph.exit_code == 0);
+  CHECK(contains(graph.out, "s.h5.graph: 40 models, "));
+  CHECK(evaluate("diffusion", {"--json"}).out == whole);
+  CHECK(evaluate("diffusion", {"--json", "--descriptor", "flat"}).exit_code == 0);
+  const std::string graph_bytes = read_file(store + ".graph");
+  REQUIRE(retrieve({"graph", store, "--descriptor", "place"}).exit_code == 0);
+  CHECK(read_file(store + ".graph") == graph_bytes);
+  CHECK(contains(retrieve({"graph", store, "--rank", "scaled"}).err, "--rank: `scaled` needs no graph"));
+  for (const std::size_t at : {std::size_t{2}, graph_bytes.size() / 2, graph_bytes.size() - 1}) {
+    std::string damaged = graph_bytes;
+    damaged[at] = static_cast<char>(damaged[at] ^ 8);
+    write_file(store + ".graph", damaged);
+    const ProcessResult refused = evaluate("diffusion");
+    CHECK(refused.exit_code == 2);
+    CHECK(contains(refused.err, "s.h5.graph` is not a graph that this program can use"));
+  }
+  write_file(store + ".graph", graph_bytes);
   const ProcessResult large = evaluate("diffusion", {"--memory", "50M"});
   CHECK(large.exit_code == 2);
   CHECK(contains(large.err, "--memory: a comparison of 40 models needs about"));
