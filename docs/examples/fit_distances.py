@@ -24,7 +24,8 @@ print(meander.run(folder / "models", folder / "tori.h5", n=512, normalize="unit-
 
 generator = numpy.random.default_rng(1)
 waves, phases = generator.normal(0, 5, (3, 600)), generator.uniform(0, 2 * numpy.pi, 600)
-data = meander.StoreDataset(folder / "tori.h5", ("id", "queries_points", "queries_distance", "queries_inside", "queries_sign_certain"))
+columns = ("points", "distance", "inside", "sign_certain")
+data = meander.StoreDataset(folder / "tori.h5", ("id", *("queries_" + name for name in columns)))
 for name, points, distance, inside, certain in data:
     values = numpy.cos(points.astype(float) @ waves + phases)
     train, test = slice(0, 6000), slice(6000, None)   # the first 6,000 have near and volume points in the same shares as all

@@ -166,9 +166,11 @@ std::string about_text() {
   // Arrays have colors and attributes of their own in place of what files bring along.
   const SampleSettings* const of_arrays[] = {&point_settings(), &column_settings(), &training_settings(),
                                              &collection_settings()};
+  const SampleSettings* const training[] = {&training_settings()};
   const SurfaceSettings* const surface[] = {&surface_settings()};
   add_settings<SampleParameters>(json, "mesh_settings", of_arrays);
   add_settings<SampleParameters>(json, "file_settings", sample_settings());
+  add_settings<SampleParameters>(json, "training_settings", training);
   add_settings<SurfaceSampleParameters>(json, "surface_settings", surface);
   const SettingList<RemeshParameters>* const mesh[] = {&remesh_settings()};
   add_settings<RemeshParameters>(json, "remesh_settings", mesh);

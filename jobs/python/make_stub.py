@@ -20,7 +20,7 @@ STUB = os.path.join(FOLDER, "meander", "__init__.pyi")
 
 
 def alias(keyword):
-    return keyword.capitalize() + "Word"
+    return "".join(part.capitalize() for part in keyword.split("_")) + "Word"
 
 
 def parameter(row):

@@ -231,10 +231,11 @@ void answer_ranked(const RetrievalBase& base, const QueryOptions& options, Asked
   for (Answer& answer : asked.answers)
     if (answer.status == Status::ok) queries.emplace_back(&answer, &asked.queries[queries.size()]);
   parallel_tasks(queries.size(), [&](std::size_t q) {
-    auto& [answer, query] = queries[q];
+    Answer* const answer = queries[q].first;
+    const DescriptorQuery& query = *queries[q].second;
     std::vector<float> distances(base.base.rows);
     parallel_blocks(distances.size(), 4096, [&](std::size_t begin, std::size_t end) {
-      descriptor_distances(base.base, *query, begin, std::span(distances).subspan(begin, end - begin));
+      descriptor_distances(base.base, query, begin, std::span(distances).subspan(begin, end - begin));
     });
     std::size_t own = NearestSearch::no_row;
     if (answer->row) {

@@ -65,8 +65,10 @@ JobFunction add_words_command(Command& retrieve) {
   auto options = std::make_shared<WordsOptions>();
   Command command = retrieve.add_subcommand(
       "words", "Learn the words of local pairs from a store, for the descriptor local-pairs");
-  command.example("meander retrieve words store.h5", "Write store.h5.words");
-  command.example("meander retrieve evaluate store.h5 --descriptor pairs+local-pairs", "Use it");
+  command.example("meander retrieve words store.h5",
+                  "Write store.h5.words, which `retrieve query` and `retrieve evaluate` then use");
+  command.example("meander retrieve words store.h5 --replace",
+                  "Learn other words, as after many models joined");
   command.add_option("STORE", options->store, "The store; STORE.words is written beside it").required();
   command
       .add_flag("--replace", options->replace,

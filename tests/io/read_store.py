@@ -146,9 +146,12 @@ def check_store(maker, page, rows, samples, compression):
                 if row[0].startswith("/tensor/") and file.attrs["content"] != "anisotropic meshes":
                     assert "tensor" not in file
                     continue
-                chosen = ("/rgb", "/texcoord", "/items/lacks", "/items/missing", "/items/names_bytes", "/names")
-                if row[0] in chosen or row[0].startswith(("/items/color_", "/attributes/")):
-                    assert row[0] not in file and "attributes" not in file
+                chosen = ("/rgb", "/texcoord", "/items/lacks", "/items/missing", "/items/names_bytes", "/names",
+                          "/items/sign_rule", "/items/uncertain")
+                if row[0] in chosen or row[0].startswith(("/items/color_", "/items/sharp_", "/attributes/", "/sharp/",
+                                                          "/queries/")):
+                    assert row[0] not in file
+                    assert not {"attributes", "sharp", "queries"} & set(file)
                     continue
                 width = file[row[0]].shape[-1]
                 names += [row[0]] + ([row[1]] if row[1] else [])

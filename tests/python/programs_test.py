@@ -121,7 +121,7 @@ class Programs(unittest.TestCase):
 
     def test_every_program_is_short_and_runs_here(self):
         programs = sorted(file.name for file in EXAMPLES.glob("*.py"))
-        self.assertEqual(len(programs), 6)
+        self.assertEqual(len(programs), 7)
         tested = set(re.findall(r'run_program\("(\w+\.py)"', Path(__file__).read_text()))
         self.assertEqual(sorted(tested), programs)
         for name in programs:

@@ -599,7 +599,8 @@ class RemeshedMesh:
         return "<meander.RemeshedMesh of %d vertices and %d faces>" % (len(self.vertices), len(self.faces))
 
 
-@_with_settings("remesh", "mesh", without=("normalize", "curved", "topology", "describe", "bins"))
+@_with_settings("remesh", "mesh", without=("normalize", "curved", "topology", "describe", "bins",
+                                          *(row["keyword"] for row in _core.settings("training"))))
 def remesh(vertices, faces=None, n=2048, *, sequence="spaced", density="uniform", density_at=None, content=None, check=True,
            threads=0, timeout=None, **settings):
     """A mesh of n vertices that are samples of a surface, with its topology: `meander remesh` over arrays.

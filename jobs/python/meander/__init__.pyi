@@ -16,9 +16,9 @@ FinishWord = Literal["none", "relax"]
 OrderWord = Literal["progressive", "curve"]
 CurveWord = Literal["hilbert", "peano", "peano-meander", "balanced"]
 NormalizeWord = Literal["none", "unit-sphere", "unit-box", "unit-diagonal", "pointnet"]
-Sharp_fillWord = Literal["surface", "nan"]
+SharpFillWord = Literal["surface", "nan"]
 SignWord = Literal["auto", "closed", "winding", "shell", "none"]
-Queries_typeWord = Literal["float32", "float16"]
+QueriesTypeWord = Literal["float32", "float16"]
 Content = Union[bytes, str, None]
 Path = Union[str, "os.PathLike[str]"]
 Value = Union[str, float, "os.PathLike[str]", Sequence[Union[str, "os.PathLike[str]"]]]
@@ -85,6 +85,10 @@ class Samples:
     genus: int
     boundaries: int
     repairs: Dict[str, int]
+    sharp_edges: int
+    sharp_length: float
+    sign_rule: str
+    uncertain: int
     content: bytes
     def __len__(self) -> int: ...
     def coordinates(self) -> NDArray[numpy.float64]: ...
@@ -143,8 +147,8 @@ def sample(vertices: Any, faces: Optional[ArrayLike] = None, n: int = 2048, *,
            density_exponent: float = 1.0, sequence: SequenceWord = "shifted", spacing: SpacingWord = "default",
            finish: FinishWord = "none", order: OrderWord = "progressive", curve: Optional[CurveWord] = None,
            seed: int = 1, normalize: NormalizeWord = "none", curved: bool = False, sharp: Optional[int] = None,
-           sharp_angle: float = 30.0, sharp_borders: bool = False, sharp_fill: Sharp_fillWord = "surface",
-           queries: Optional[str] = None, sign: SignWord = "auto", queries_type: Queries_typeWord = "float32",
+           sharp_angle: float = 30.0, sharp_borders: bool = False, sharp_fill: SharpFillWord = "surface",
+           queries: Optional[str] = None, sign: SignWord = "auto", queries_type: QueriesTypeWord = "float32",
            queries_nearest: bool = False, bins: int = 32) -> Samples: ...
 def sample_file(path: Path, n: int = 2048, *, density: Union[str, ArrayLike, Function] = "uniform",
                 density_at: Optional[Place] = None, describe: Union[str, Sequence[str]] = (), threads: int = 0,
@@ -153,8 +157,8 @@ def sample_file(path: Path, n: int = 2048, *, density: Union[str, ArrayLike, Fun
                 finish: FinishWord = "none", order: OrderWord = "progressive", curve: Optional[CurveWord] = None,
                 seed: int = 1, normalize: NormalizeWord = "none", curved: bool = False, colors: bool = False,
                 texcoord: bool = False, attributes: Union[str, Sequence[str]] = (), sharp: Optional[int] = None,
-                sharp_angle: float = 30.0, sharp_borders: bool = False, sharp_fill: Sharp_fillWord = "surface",
-                queries: Optional[str] = None, sign: SignWord = "auto", queries_type: Queries_typeWord = "float32",
+                sharp_angle: float = 30.0, sharp_borders: bool = False, sharp_fill: SharpFillWord = "surface",
+                queries: Optional[str] = None, sign: SignWord = "auto", queries_type: QueriesTypeWord = "float32",
                 queries_nearest: bool = False, topology: bool = True, bins: int = 32) -> Samples: ...
 @overload
 def sample_many(meshes: Iterable[Any], n: int = 2048, *, threads: int = 0, errors: Literal["raise"] = "raise",
@@ -165,8 +169,8 @@ def sample_many(meshes: Iterable[Any], n: int = 2048, *, threads: int = 0, error
                 order: OrderWord = "progressive", curve: Optional[CurveWord] = None, seed: int = 1,
                 normalize: NormalizeWord = "none", curved: bool = False, colors: bool = False, texcoord: bool = False,
                 attributes: Union[str, Sequence[str]] = (), sharp: Optional[int] = None, sharp_angle: float = 30.0,
-                sharp_borders: bool = False, sharp_fill: Sharp_fillWord = "surface", queries: Optional[str] = None,
-                sign: SignWord = "auto", queries_type: Queries_typeWord = "float32", queries_nearest: bool = False,
+                sharp_borders: bool = False, sharp_fill: SharpFillWord = "surface", queries: Optional[str] = None,
+                sign: SignWord = "auto", queries_type: QueriesTypeWord = "float32", queries_nearest: bool = False,
                 topology: bool = True, bins: int = 32) -> Iterator[Samples]: ...
 @overload
 def sample_many(meshes: Iterable[Any], n: int = 2048, *, threads: int = 0, errors: Literal["return"],
@@ -177,8 +181,8 @@ def sample_many(meshes: Iterable[Any], n: int = 2048, *, threads: int = 0, error
                 order: OrderWord = "progressive", curve: Optional[CurveWord] = None, seed: int = 1,
                 normalize: NormalizeWord = "none", curved: bool = False, colors: bool = False, texcoord: bool = False,
                 attributes: Union[str, Sequence[str]] = (), sharp: Optional[int] = None, sharp_angle: float = 30.0,
-                sharp_borders: bool = False, sharp_fill: Sharp_fillWord = "surface", queries: Optional[str] = None,
-                sign: SignWord = "auto", queries_type: Queries_typeWord = "float32", queries_nearest: bool = False,
+                sharp_borders: bool = False, sharp_fill: SharpFillWord = "surface", queries: Optional[str] = None,
+                sign: SignWord = "auto", queries_type: QueriesTypeWord = "float32", queries_nearest: bool = False,
                 topology: bool = True, bins: int = 32) -> Iterator[Union[Samples, Exception]]: ...
 def describe(vertices: Any, faces: Optional[ArrayLike] = None, descriptors: Union[str, Sequence[str]] = "pairs", *,
              n: int = 1024, seed: int = 1, bins: int = 32, content: Content = None, check: bool = True,
@@ -197,10 +201,7 @@ def remesh(vertices: Any, faces: Optional[ArrayLike] = None, n: int = 2048, *, s
            content: Content = None, check: bool = True, threads: int = 0, timeout: Optional[float] = None,
            crease_angle: float = 40.0, fit: bool = False, method: MethodWord = "auto", density_floor: float = 0.02,
            density_exponent: float = 1.0, spacing: SpacingWord = "default", finish: FinishWord = "none",
-           order: OrderWord = "progressive", curve: Optional[CurveWord] = None, seed: int = 1,
-           sharp: Optional[int] = None, sharp_angle: float = 30.0, sharp_borders: bool = False,
-           sharp_fill: Sharp_fillWord = "surface", queries: Optional[str] = None, sign: SignWord = "auto",
-           queries_type: Queries_typeWord = "float32", queries_nearest: bool = False) -> RemeshedMesh: ...
+           order: OrderWord = "progressive", curve: Optional[CurveWord] = None, seed: int = 1) -> RemeshedMesh: ...
 
 class SignedDistances:
     distance: NDArray[numpy.float64]

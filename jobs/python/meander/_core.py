@@ -509,7 +509,8 @@ __version__ = _about()["version"]
 @functools.lru_cache(maxsize=8)
 def settings(kind):
     """Rows of {keyword, type, default, words, list, help}. kind: "mesh", "file" (as "mesh", and what is taken over from files)
-    or "surface"; "remesh": of its mesh alone; "run": the options of `meander run`, with {option, truth} too."""
+    or "surface"; "training": of further sets of points, which "mesh" has too; "remesh": of its mesh alone; "run": the options
+    of `meander run`, with {option, truth} too."""
     return _about()[kind + ("_options" if kind == "run" else "_settings")]
 
 
