@@ -224,7 +224,7 @@ TEST_CASE("box_error_limit: predicts the error of one random point a square cell
   }
 }
 
-TEST_CASE("relative_boundary: of meshes of the survey") {
+TEST_CASE("relative_boundary: of meshes of the survey", "[statistics]") {
   MEANDER_NEEDS_SHARED_DATA();
   // Found by a separate program over 600 boxes of its own.
   struct Case {

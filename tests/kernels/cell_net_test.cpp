@@ -124,7 +124,8 @@ struct Stack {
 
 }  // namespace
 
-TEST_CASE("cell net: the first sample of the file is uniform, on sheets and for any number of samples") {
+TEST_CASE("cell net: the first sample of the file is uniform, on sheets and for any number of samples",
+          "[statistics]") {
   // The sheets' own digits and those of samples in their cells must not follow from each other, nor those of
   // halves that are sheets and of sheets that are none.
   const std::uint32_t n = GENERATE(64u, 85u, 96u);

@@ -71,7 +71,8 @@ TEST_CASE("coverage_of: one point, and points at the corners") {
   CHECK(cube_corners.radius == Approx(std::sqrt(2.0)).epsilon(1e-3));  // the middles of the faces
 }
 
-TEST_CASE("coverage_of: no dense set of points of the surface finds a larger hole, and some come near") {
+TEST_CASE("coverage_of: no dense set of points of the surface finds a larger hole, and some come near",
+          "[statistics]") {
   const PolygonMesh bent = merged(moved(cube(), 0.4, 0.3, -0.2, 0.1), icosphere(2));
   for (const PolygonMesh& mesh : {torus(40, 20), bent, grid_plane(1, 1)})
     for (const std::uint64_t n : {std::uint64_t{3}, std::uint64_t{200}}) {

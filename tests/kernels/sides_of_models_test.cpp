@@ -142,7 +142,7 @@ TEST_CASE("point_sides: one component turned over, whole and with holes") {
                with_holes(merged(inside_out(parts[0]), parts[1]), 0.05, 7));
 }
 
-TEST_CASE("point_sides: a model that passes through itself is the union of its parts") {
+TEST_CASE("point_sides: a model that passes through itself is the union of its parts", "[statistics]") {
   for (const PolygonMesh& file : {icosphere(5), torus(120, 60)})
     for (const double shift : {0.02, 0.3}) {
       const PolygonMesh both = with_copy(file, shift);
@@ -233,7 +233,7 @@ TEST_CASE("point_sides: by winding the numbers of all triangles, and the same fo
   }
 }
 
-TEST_CASE("point_sides: real models before and after damage") {
+TEST_CASE("point_sides: real models before and after damage", "[statistics]") {
   MEANDER_NEEDS_SHARED_DATA();
   for (const char* name : {"paper/fandisk.off", "paper/hand_3k.off", "paper/knot.obj", "paper/igea_16k.off",
                            "paper/squirrel_20k_nonmanifold.off", "paper/maxplanck_25k.off"}) {

@@ -213,7 +213,8 @@ TEST_CASE("make_texture_density: parts without a texture have density 1") {
   CHECK(integral(file) == Approx(0.5 + (0.25 * 3 / 2 * 1 + 0.25 / 2 * 0.02)).epsilon(1e-12));
 }
 
-TEST_CASE("texture density: every way of sampling gives each part its share of the integral") {
+TEST_CASE("texture density: every way of sampling gives each part its share of the integral",
+          "[statistics]") {
   for (const Way& way : ways()) {
     INFO(way.name);
     // Squares of 1/8, as a chessboard inside the two triangles; the darker ones have 1/51 of the lighter
