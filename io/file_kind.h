@@ -60,7 +60,7 @@ constexpr std::string_view ending_of(FileKind kind) {
   return {};
 }
 
-// What files of scores begin with.
+// What sealed files begin with (io/sealed_file.h).
 inline constexpr std::string_view graph_magic = "meander graph 1\n";
 inline constexpr std::string_view words_magic = "meander words 1\n";
 inline constexpr std::string_view scores_magic = "meander scores 1\n";

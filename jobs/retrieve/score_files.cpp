@@ -6,12 +6,10 @@
 #include <cstring>
 #include <type_traits>
 
-#include "io/digest.h"
-#include "io/file/atomic_file.h"
 #include "io/file/read_file.h"
 #include "io/file_kind.h"
 #include "io/run_error.h"
-#include "io/store/crc32c.h"
+#include "io/sealed_file.h"
 #include "jobs/rows/rank_option.h"
 
 namespace meander {
@@ -21,58 +19,14 @@ namespace {
 static_assert(std::is_trivially_copyable_v<RetrievalScores> &&
               sizeof(RetrievalScores) == (6 + recall_levels) * sizeof(double));
 
-constexpr std::size_t digest_bytes = 32;
-
-template <class Value>
-void put(std::string& bytes, const Value& value) {
-  static_assert(std::is_trivially_copyable_v<Value>);
-  bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
-}
-
-std::array<std::uint8_t, digest_bytes> digest_of(std::string_view bytes) {
-  return sha256(std::as_bytes(std::span(bytes.data(), bytes.size())));
-}
-
-// Takes values from the front of the bytes of a file.
-class ScoreBytes {
- public:
-  ScoreBytes(const std::string& path, std::string_view bytes) : path_(path), rest_(bytes) {}
-
-  template <class Value>
-  Value take() {
-    if (rest_.size() < sizeof(Value)) refuse("it ends too early");
-    Value value;
-    std::memcpy(&value, rest_.data(), sizeof value);
-    rest_.remove_prefix(sizeof value);
-    return value;
-  }
-  bool at_end() const { return rest_.empty(); }
-
-  [[noreturn]] void refuse(const std::string& why) const {
-    throw RunError(RunError::Kind::unusable,
-                   fmt::format("`{}` is not a file of scores of this evaluation: {}", path_, why));
-  }
-
- private:
-  const std::string& path_;
-  std::string_view rest_;
-};
+constexpr SealedKind scores_kind = {scores_magic, "a file of scores of this evaluation"};
 
 // Reads the queries of one file into `scores`; `taken` becomes 1 for each.
 void read_file_of_scores(const std::string& path, const ScoreOrigin& origin, std::size_t classes,
                          std::vector<QueryScores>& scores, std::vector<std::uint8_t>& taken) {
-  const std::string bytes = content_of_file(path);
-  const std::string_view all(bytes);
-  ScoreBytes damaged(path, all);
-  if (!all.starts_with(scores_magic) || all.size() < scores_magic.size() + digest_bytes)
-    damaged.refuse("it does not begin like one");
-  const std::string_view content = all.substr(0, all.size() - digest_bytes);
-  const auto digest = digest_of(content);
-  if (std::memcmp(digest.data(), all.data() + content.size(), digest_bytes) != 0)
-    damaged.refuse("it is damaged: its digest does not match");
-  ScoreBytes rest(path, content.substr(scores_magic.size()));
-  if (rest.take<std::array<std::uint8_t, digest_bytes>>() != origin.digest ||
-      rest.take<std::uint64_t>() != origin.queries)
+  const std::string content = content_of_file(path);
+  SealedBytes rest(path, scores_kind, content);
+  if (rest.take<Seal>() != origin.digest || rest.take<std::uint64_t>() != origin.queries)
     rest.refuse("its store, descriptors, distance, classes or rules differ");
   const auto begin = rest.take<std::uint64_t>(), end = rest.take<std::uint64_t>();
   if (begin > end || end > origin.queries) rest.refuse("its range of queries is invalid");
@@ -88,41 +42,40 @@ void read_file_of_scores(const std::string& path, const ScoreOrigin& origin, std
       scores[q].nearest_classes.emplace_back(nearest, share);
     }
   }
-  if (!rest.at_end()) rest.refuse("something follows its last query");
+  rest.end("query");
 }
 
 }  // namespace
 
 ScoreOrigin origin_of_scores(const std::string& store, const RetrievalBase& base, const std::string& distance,
                              bool psb_compat) {
-  std::string text = fmt::format("{:08x}\n{}\n{}\n{}\n", stated_checksum(store), joined(base.terms), distance,
-                                 rules_text(psb_compat));
-  for (const DescriptorTerm& term : base.terms)
-    if (term.side) text += fmt::format("{:08x}\n", crc32c(std::span<const float>(term.side->values)));
-  if (base.ranking.kind != RankKind::plain) text += rank_word(base.ranking) + '\n';
-  for (const std::string& name : base.classes) text += name + '\0';
-  for (const std::uint64_t row : base.rows) put(text, row);
-  for (const std::uint32_t label : base.labels) put(text, label);
-  return {digest_of(text), base.rows.size()};
+  ValueBytes bytes;
+  bytes.put_text(fmt::format("{:08x}\n{}\n{}\n{}\n", stated_checksum(store), joined(base.terms), distance,
+                             rules_text(psb_compat)));
+  bytes.put_text(side_checksums(base.terms));
+  if (base.ranking.kind != RankKind::plain) bytes.put_text(rank_word(base.ranking) + '\n');
+  for (const std::string& name : base.classes) bytes.put_text(name + '\0');
+  bytes.put_all(std::span<const std::uint64_t>(base.rows));
+  bytes.put_all(std::span<const std::uint32_t>(base.labels));
+  return {bytes.seal(), base.rows.size()};
 }
 
 void write_scores(const std::filesystem::path& path, const ScoreOrigin& origin, std::uint64_t begin,
                   std::span<const QueryScores> scores) {
-  std::string bytes(scores_magic);
-  put(bytes, origin.digest);
-  put(bytes, origin.queries);
-  put(bytes, begin);
-  put(bytes, begin + scores.size());
+  ValueBytes bytes(scores_magic);
+  bytes.put(origin.digest);
+  bytes.put(origin.queries);
+  bytes.put(begin);
+  bytes.put(begin + scores.size());
   for (const QueryScores& query : scores) {
-    put(bytes, query.scores);
-    put(bytes, static_cast<std::uint32_t>(query.nearest_classes.size()));
+    bytes.put(query.scores);
+    bytes.put(static_cast<std::uint32_t>(query.nearest_classes.size()));
     for (const auto& [nearest, share] : query.nearest_classes) {
-      put(bytes, nearest);
-      put(bytes, share);
+      bytes.put(nearest);
+      bytes.put(share);
     }
   }
-  put(bytes, digest_of(bytes));
-  replace_file(path, bytes);
+  bytes.write_sealed(path);
 }
 
 std::vector<QueryScores> read_scores(std::span<const std::string> paths, const ScoreOrigin& origin,

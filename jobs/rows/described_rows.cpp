@@ -6,6 +6,7 @@
 #include <charconv>
 #include <future>
 
+#include "io/store/crc32c.h"
 #include "jobs/cli/usage_error.h"
 #include "jobs/rows/descriptor_choice.h"
 #include "kernels/core/joined_texts.h"
@@ -59,6 +60,13 @@ std::string joined(std::span<const NamedTerm> terms) {
 std::string joined(std::span<const DescriptorTerm> terms) {
   std::string text;
   for (const DescriptorTerm& term : terms) append_term(text, term.schema.name, term.weight);
+  return text;
+}
+
+std::string side_checksums(std::span<const DescriptorTerm> terms) {
+  std::string text;
+  for (const DescriptorTerm& term : terms)
+    if (term.side) text += fmt::format("{:08x}\n", crc32c(std::span<const float>(term.side->values)));
   return text;
 }
 

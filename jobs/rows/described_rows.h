@@ -44,6 +44,8 @@ struct NamedTerm {
 std::vector<NamedTerm> parse_terms(const std::string& text);
 std::string joined(std::span<const NamedTerm> terms);
 std::string joined(std::span<const DescriptorTerm> terms);
+// A line for each descriptor beside the store: the checksum of its values. Results that are kept name these.
+std::string side_checksums(std::span<const DescriptorTerm> terms);
 
 // Those of the store and of `side`; of an empty text the first one. Throws as parse_terms, and UsageError
 // with the nearest name.

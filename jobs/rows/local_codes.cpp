@@ -3,17 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cstring>
 #include <limits>
-#include <string_view>
-#include <type_traits>
+#include <span>
 #include <utility>
 
-#include "io/digest.h"
-#include "io/file/atomic_file.h"
 #include "io/file/read_file.h"
 #include "io/file_kind.h"
-#include "io/run_error.h"
+#include "io/sealed_file.h"
 #include "jobs/cli/usage_error.h"
 #include "kernels/core/parallel.h"
 
@@ -21,70 +17,22 @@ namespace meander {
 
 namespace {
 
-constexpr std::size_t digest_length = 32;
-
-std::array<std::uint8_t, digest_length> digest_of_text(std::string_view bytes) {
-  return sha256(std::as_bytes(std::span(bytes.data(), bytes.size())));
-}
-
-template <class Value>
-void append_value(std::string& bytes, const Value& value) {
-  static_assert(std::is_trivially_copyable_v<Value>);
-  bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
-}
-void append_floats(std::string& bytes, std::span<const float> values) {
-  bytes.append(reinterpret_cast<const char*>(values.data()), values.size_bytes());
-}
+constexpr SealedKind words_kind = {words_magic, "a file of words that this program can use",
+                                   "; `meander retrieve words --replace` makes it anew"};
 
 // What codes depend on.
-std::string text_of_words(const LocalCodes& codes) {
-  std::string bytes;
-  append_value(bytes, local_words_version);
-  append_value(bytes, static_cast<std::uint32_t>(codes.pairs.sense));
-  append_value(bytes, codes.pairs.centers);
-  append_value(bytes, codes.pairs.radius);
-  append_value(bytes, codes.words.width);
-  append_value(bytes, codes.words.axes);
-  append_value(bytes, codes.words.words);
-  append_value(bytes, codes.learnt_from);
-  append_floats(bytes, codes.words.mean);
-  append_floats(bytes, codes.words.turn);
-  append_floats(bytes, codes.words.centers);
-  return bytes;
+void put_words(ValueBytes& bytes, const LocalCodes& codes) {
+  bytes.put(local_words_version);
+  bytes.put(static_cast<std::uint32_t>(codes.pairs.sense));
+  bytes.put(codes.pairs.centers);
+  bytes.put(codes.pairs.radius);
+  bytes.put(codes.words.width);
+  bytes.put(codes.words.axes);
+  bytes.put(codes.words.words);
+  bytes.put(codes.learnt_from);
+  for (const std::vector<float>* const values : {&codes.words.mean, &codes.words.turn, &codes.words.centers})
+    bytes.put_all(std::span<const float>(*values));
 }
-
-// Takes values from the front of the bytes of a file.
-class WordBytes {
- public:
-  WordBytes(const std::filesystem::path& path, std::string_view bytes) : path_(path), rest_(bytes) {}
-
-  template <class Value>
-  Value take() {
-    if (rest_.size() < sizeof(Value)) refuse("it ends too early");
-    Value value;
-    std::memcpy(&value, rest_.data(), sizeof value);
-    rest_.remove_prefix(sizeof value);
-    return value;
-  }
-  std::vector<float> take_floats(std::uint64_t count) {
-    if (rest_.size() / sizeof(float) < count) refuse("it ends too early");
-    std::vector<float> values(count);
-    std::memcpy(values.data(), rest_.data(), count * sizeof(float));
-    rest_.remove_prefix(count * sizeof(float));
-    return values;
-  }
-  bool at_end() const { return rest_.empty(); }
-  [[noreturn]] void refuse(const std::string& why) const {
-    throw RunError(RunError::Kind::unusable,
-                   fmt::format("`{}` is not a file of words that this program can use: {}; `meander retrieve "
-                               "words --replace` makes it anew",
-                               path_.string(), why));
-  }
-
- private:
-  const std::filesystem::path& path_;
-  std::string_view rest_;
-};
 
 std::optional<SamplesKey> key_of_row(const StoreReader& store, std::uint64_t row) {
   const ItemReport report = store.report(row);
@@ -105,9 +53,10 @@ void require_samples(const StoreReader& store) {
 }  // namespace
 
 std::string LocalCodes::checksum() const {
+  ValueBytes bytes;
+  put_words(bytes, *this);
   std::string hexadecimal;
-  for (const std::uint8_t byte : digest_of_text(text_of_words(*this)))
-    hexadecimal += fmt::format("{:02x}", byte);
+  for (const std::uint8_t byte : bytes.seal()) hexadecimal += fmt::format("{:02x}", byte);
   return hexadecimal;
 }
 
@@ -164,56 +113,47 @@ std::vector<float> local_code_of(const LocalCodes& codes, const Samples& samples
 }
 
 void write_local_codes(const std::filesystem::path& path, const LocalCodes& codes) {
-  std::string bytes(words_magic);
-  bytes += text_of_words(codes);
-  append_value(bytes, std::uint64_t{codes.codes.size()});
+  ValueBytes bytes(words_magic);
+  put_words(bytes, codes);
+  bytes.put(std::uint64_t{codes.codes.size()});
   for (const auto& [key, code] : codes.codes) {
-    append_value(bytes, key.content);
-    append_value(bytes, key.points);
-    append_floats(bytes, code);
+    bytes.put(key.content);
+    bytes.put(key.points);
+    bytes.put_all(std::span<const float>(code));
   }
-  append_value(bytes, digest_of_text(bytes));
-  replace_file(path, bytes);
+  bytes.write_sealed(path);
 }
 
 std::optional<LocalCodes> read_local_codes(const std::filesystem::path& path) {
-  const std::optional<std::string> bytes = content_if_exists(path);
-  if (!bytes) return std::nullopt;
-  const std::string_view all(*bytes);
-  WordBytes start(path, all);
-  if (!all.starts_with(words_magic) || all.size() < words_magic.size() + digest_length)
-    start.refuse("it does not begin like one");
-  const std::string_view content = all.substr(0, all.size() - digest_length);
-  const auto digest = digest_of_text(content);
-  if (std::memcmp(digest.data(), all.data() + content.size(), digest_length) != 0)
-    start.refuse("it is damaged: its digest does not match");
-  WordBytes rest(path, content.substr(words_magic.size()));
-  if (rest.take<std::uint32_t>() != local_words_version) rest.refuse("its words are of another version");
+  const std::optional<std::string> content = content_if_exists(path);
+  if (!content) return std::nullopt;
+  SealedBytes bytes(path, words_kind, *content);
+  if (bytes.take<std::uint32_t>() != local_words_version) bytes.refuse("its words are of another version");
   LocalCodes codes;
-  const auto sense = rest.take<std::uint32_t>();
-  if (sense > static_cast<std::uint32_t>(NormalSense::either_side)) rest.refuse("its settings are unknown");
+  const auto sense = bytes.take<std::uint32_t>();
+  if (sense > static_cast<std::uint32_t>(NormalSense::either_side)) bytes.refuse("its settings are unknown");
   codes.pairs.sense = static_cast<NormalSense>(sense);
-  codes.pairs.centers = rest.take<std::uint32_t>();
-  codes.pairs.radius = rest.take<double>();
+  codes.pairs.centers = bytes.take<std::uint32_t>();
+  codes.pairs.radius = bytes.take<double>();
   LocalWords& words = codes.words;
-  words.width = rest.take<std::uint32_t>();
-  words.axes = rest.take<std::uint32_t>();
-  words.words = rest.take<std::uint32_t>();
-  codes.learnt_from = rest.take<std::uint32_t>();
+  words.width = bytes.take<std::uint32_t>();
+  words.axes = bytes.take<std::uint32_t>();
+  words.words = bytes.take<std::uint32_t>();
+  codes.learnt_from = bytes.take<std::uint32_t>();
   if (words.width != local_pair_bins || words.axes == 0 || words.axes > words.width || words.words == 0 ||
       words.words > 4096)
-    rest.refuse("its settings are unknown");
-  words.mean = rest.take_floats(words.width);
-  words.turn = rest.take_floats(std::uint64_t{words.width} * words.axes);
-  words.centers = rest.take_floats(words.values());
-  const auto count = rest.take<std::uint64_t>();
+    bytes.refuse("its settings are unknown");
+  words.mean = bytes.take_all<float>(words.width);
+  words.turn = bytes.take_all<float>(std::uint64_t{words.width} * words.axes);
+  words.centers = bytes.take_all<float>(words.values());
+  const auto count = bytes.take<std::uint64_t>();
   for (std::uint64_t i = 0; i < count; ++i) {
     SamplesKey key;
-    key.content = rest.take<std::array<std::uint8_t, 32>>();
-    key.points = rest.take<std::uint32_t>();
-    codes.codes.emplace(key, rest.take_floats(words.values()));
+    key.content = bytes.take<std::array<std::uint8_t, 32>>();
+    key.points = bytes.take<std::uint32_t>();
+    codes.codes.emplace(key, bytes.take_all<float>(words.values()));
   }
-  if (!rest.at_end()) rest.refuse("something follows its last code");
+  bytes.end("code");
   return codes;
 }
 

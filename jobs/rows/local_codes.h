@@ -51,8 +51,8 @@ std::uint64_t code_rows(const StoreReader& store, LocalCodes& codes);
 // The code of any samples.
 std::vector<float> local_code_of(const LocalCodes& codes, const Samples& samples);
 
-// Little-endian: words_magic; the version, u32; the settings, the words and the number of models that they
-// were learnt from; the codes; the SHA-256 of all before it. Throws FileError.
+// A sealed file (words_magic): the version, the settings, the words and the number of models that they were
+// learnt from; the codes. Throws FileError.
 void write_local_codes(const std::filesystem::path& path, const LocalCodes& codes);
 // Empty where there is no such file. Throws RunError(unusable) for a file that is damaged or of another
 // version.
