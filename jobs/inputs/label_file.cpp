@@ -14,6 +14,7 @@
 #include "io/utf8.h"
 #include "io/word_list.h"
 #include "jobs/cli/usage_error.h"
+#include "jobs/inputs/csv_text.h"
 #include "jobs/inputs/folder_layout.h"
 
 namespace meander {
@@ -21,76 +22,6 @@ namespace meander {
 namespace {
 
 namespace fs = std::filesystem;
-
-struct CsvRecord {
-  std::uint64_t line = 0;
-  std::vector<std::string> fields;
-  bool is_blank() const { return fields.size() == 1 && fields[0].empty(); }
-  bool is_comment() const { return fields[0].starts_with('#'); }
-};
-
-// The records of a CSV text, one after the other.
-class CsvText {
- public:
-  CsvText(std::string text, std::string name) : text_(std::move(text)), name_(std::move(name)) {
-    at_ = text_.size() - without_byte_order_mark(text_).size();
-  }
-
-  std::optional<CsvRecord> next() {
-    if (at_ >= text_.size()) return std::nullopt;
-    CsvRecord record;
-    record.line = line_;
-    do record.fields.push_back(take_field());
-    while (take(','));
-    take('\r');
-    if (at_ < text_.size() && !take('\n')) fail(record.line, "text follows a closing quotation mark");
-    ++line_;
-    return record;
-  }
-
-  [[noreturn]] void fail(std::uint64_t line, const std::string& what) const {
-    throw UsageError("--labels: `" + name_ + "` line " + std::to_string(line) + ": " + what);
-  }
-
- private:
-  static bool is_blank(char c) { return c == ' ' || c == '\t'; }
-  bool take(char c) {
-    if (at_ >= text_.size() || text_[at_] != c) return false;
-    ++at_;
-    return true;
-  }
-
-  std::string take_field() {
-    while (at_ < text_.size() && is_blank(text_[at_])) ++at_;
-    if (take('"')) return take_quoted();
-    std::size_t end = std::min(text_.find_first_of(",\n", at_), text_.size());
-    const std::size_t next = end;
-    while (end > at_ && (is_blank(text_[end - 1]) || text_[end - 1] == '\r')) --end;
-    std::string field = text_.substr(at_, end - at_);
-    at_ = next;
-    return field;
-  }
-
-  std::string take_quoted() {
-    const std::uint64_t begin = line_;
-    std::string field;
-    for (;;) {
-      const std::size_t mark = text_.find('"', at_);
-      if (mark == std::string::npos) fail(begin, "a quotation mark is not closed");
-      field += text_.substr(at_, mark - at_);
-      at_ = mark + 1;
-      if (!take('"')) break;
-      field += '"';
-    }
-    line_ += static_cast<std::uint64_t>(std::count(field.begin(), field.end(), '\n'));
-    while (at_ < text_.size() && is_blank(text_[at_])) ++at_;
-    return field;
-  }
-
-  std::string text_, name_;
-  std::size_t at_ = 0;
-  std::uint64_t line_ = 1;
-};
 
 // Names of id columns, those that count first in front.
 constexpr std::string_view id_names[] = {"id",       "uid",     "object_id", "anno_id",
@@ -149,7 +80,7 @@ class LabelReader {
   }
 
   void read_table(std::string content) {
-    CsvText text(std::move(content), file_.name);
+    CsvText text(std::move(content), "--labels: `" + file_.name + "`");
     std::vector<CsvRecord> records;
     bool is_list = true;
     while (auto record = text.next()) {

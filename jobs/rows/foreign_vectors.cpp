@@ -15,6 +15,7 @@
 #include "io/file/read_file.h"
 #include "io/table/npy_header.h"
 #include "jobs/cli/usage_error.h"
+#include "jobs/inputs/csv_text.h"
 #include "kernels/public/status.h"
 
 namespace meander {
@@ -68,44 +69,27 @@ Matrix read_matrix(const std::string& path) {
           size == 4 ? values_at<float>(from, rows * width) : values_at<double>(from, rows * width)};
 }
 
-std::vector<std::string> cells_of_line(const std::string& line) {
-  std::vector<std::string> cells(1);
-  bool quoted = false;
-  for (const char c : line) {
-    if (c == '"')
-      quoted = !quoted;
-    else if (c == ',' && !quoted)
-      cells.emplace_back();
-    else
-      cells.back() += c;
-  }
-  return cells;
-}
-
+// A line each, or the column `id` of a table.
 std::vector<std::string> read_ids(const std::string& path) {
-  std::istringstream text(content_of_file(path));
+  const std::string content = content_of_file(path);
   std::vector<std::string> ids;
-  std::size_t column = 0;
-  bool is_table = false;
+  CsvText table(content, "--ids: `" + path + "`");
+  if (const auto heading = table.next()) {
+    const auto at = std::find(heading->fields.begin(), heading->fields.end(), "id");
+    if (at != heading->fields.end()) {
+      const auto column = static_cast<std::size_t>(at - heading->fields.begin());
+      while (const auto record = table.next()) {
+        if (record->is_blank()) continue;
+        if (column >= record->fields.size()) table.fail(record->line, "there is no column id");
+        ids.push_back(record->fields[column]);
+      }
+      return ids;
+    }
+  }
+  std::istringstream text(content);
   for (std::string line; std::getline(text, line);) {
     if (!line.empty() && line.back() == '\r') line.pop_back();
-    if (ids.empty() && !is_table) {
-      const std::vector<std::string> heading = cells_of_line(line);
-      const auto at = std::find(heading.begin(), heading.end(), "id");
-      if (at != heading.end()) {
-        is_table = true;
-        column = static_cast<std::size_t>(at - heading.begin());
-        continue;
-      }
-    }
-    if (!is_table) {
-      ids.push_back(line);
-      continue;
-    }
-    const std::vector<std::string> cells = cells_of_line(line);
-    if (column >= cells.size())
-      throw UsageError(fmt::format("--ids: line `{}` of `{}` has no column id", line, path));
-    ids.push_back(cells[column]);
+    ids.push_back(line);
   }
   return ids;
 }
