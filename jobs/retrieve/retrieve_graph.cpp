@@ -59,7 +59,7 @@ JobFunction add_graph_command(Command& retrieve) {
       "graph",
       "Make the graph of nearest neighbors once, for queries of a large store with --rank diffusion");
   command.example("meander retrieve graph store.h5", "Write store.h5.graph");
-  command.example("meander retrieve graph store.h5 --descriptor pairs --rank diffusion:8",
+  command.example("meander retrieve graph store.h5 --descriptor pairs --rank diffusion:8,0.85",
                   "Of one descriptor, with eight neighbors of each model");
   add_comparison_options(command, *options);
   command.add_flag("--json", options->json, "Print the summary as JSON").common();

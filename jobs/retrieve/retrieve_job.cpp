@@ -107,6 +107,7 @@ std::vector<QueryScores> score_queries(const RetrievalBase& base, const Retrieva
     parallel_tasks(distances.size() / n, [&](std::size_t q) {
       const std::size_t query = first + q;
       const std::span<float> of_query = std::span(ranked).subspan(q * n, n);
+      if (matrix == nullptr && !task.scores(query)) return;
       rank_row(base.ranking, query, of_query);
       if (!task.scores(query)) return;
       queries[query - begin] = score_query(task, query, of_query);

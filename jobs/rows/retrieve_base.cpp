@@ -476,7 +476,6 @@ RetrievalBase load_labeled_base(const StoreReader& store, const BaseRequest& req
 }
 
 RetrievalBase load_ranked_base(const StoreReader& store, const BaseRequest& request) {
-  layout_of(store, request);
   std::vector<std::uint64_t> rows(store.rows());
   std::iota(rows.begin(), rows.end(), std::uint64_t{0});
   return make_base(store, request, rows, std::vector<std::uint32_t>(rows.size(), 0));

@@ -69,12 +69,12 @@ struct BaseRequest {
   std::string also_described = {};
 };
 
+inline constexpr std::uint64_t max_ranked_rows = 4096;
 // The request of options. Without --descriptor, of what the store and STORE.words have: pairs (or else
 // pairs-unsigned), views and local-pairs; where there is none of these, the first descriptor; with --vectors,
 // these alone. Without --rank, diffusion for a choice of the first kind of at most max_ranked_rows, and plain
-// for others. Throws UsageError.
-// More rows are ranked without --rank where there is STORE.graph, which must fit then.
-inline constexpr std::uint64_t max_ranked_rows = 4096;
+// for others. More rows are ranked without --rank where there is STORE.graph, which must fit then. Throws
+// UsageError.
 BaseRequest request_of(const StoreReader& store, const CompareOptions& options);
 
 // A base whose rows stay in the store: see search_store. It knows the layout and the scales of its blocks.
