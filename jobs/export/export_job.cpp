@@ -145,6 +145,42 @@ int say_stopped(const ExportOptions& options, const std::string& how_far) {
   return exit_stopped;
 }
 
+// A file of an export: what is written there of which row.
+struct PlannedFile {
+  fs::path path;
+  std::uint64_t row = 0;
+  std::size_t number = 0;  // among the files of the row
+};
+
+// Calls write(put, file) for all files that an earlier process has not made, in their order, and ends the
+// export. False where a signal stopped it, which it says.
+template <class Write>
+bool write_planned(const std::vector<PlannedFile>& files, const ExportOptions& options,
+                   UnfinishedExport& unfinished, const Write& write) {
+  if (unfinished.begin()) {
+    std::set<std::string> names;
+    for (const PlannedFile& file : files) names.insert(file.path.lexically_relative(options.output).string());
+    remove_temporaries(options.output, names);
+  }
+  const std::atomic<bool>& stop = catch_stop_signals();
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    const PlannedFile& file = files[i];
+    if (stop) {
+      say_stopped(options, fmt::format("with {} of {} files written", i, files.size()));
+      return false;
+    }
+    if (unfinished.has_made(file.path)) continue;
+    std::error_code error;
+    fs::create_directories(file.path.parent_path(), error);
+    if (error) throw_file_error(error.value(), "create", file.path.parent_path(), FullDisk::stops_run);
+    AtomicFile out(file.path, FullDisk::stops_run);
+    write([&out](std::string_view bytes) { out.append(bytes); }, file);
+    out.commit();
+  }
+  unfinished.end();
+  return true;
+}
+
 int export_points(const StoreReader& store, const std::vector<std::uint64_t>& rows,
                   const ExportOptions& options, OutputGuard& guard) {
   const std::vector<std::string> arrays = chosen_arrays(store, options.arrays);
@@ -176,34 +212,20 @@ int export_points(const StoreReader& store, const std::vector<std::uint64_t>& ro
     return exit_done;
   }
   UnfinishedExport unfinished(options.output, parameters_of(store, options, arrays), options.fresh, guard);
-  std::vector<fs::path> paths;
+  std::vector<PlannedFile> files;
   for (const std::uint64_t row : rows) {
-    paths.push_back(
-        path_below(options.output, store.id(row), std::string(export_format(options.format).ending)));
+    files.push_back(
+        {path_below(options.output, store.id(row), std::string(export_format(options.format).ending)), row});
     if (*fs::path(store.id(row)).begin() == UnfinishedExport::description_name)
       throw UsageError(
           fmt::format("the item `{}` has the name of the description of the export, `{}`: name the "
                       "items to export without it",
                       store.id(row), UnfinishedExport::description_name));
-    guard.check(paths.back(), {export_format(options.format).kind}, "-o", unfinished.existing(), true);
+    guard.check(files.back().path, {export_format(options.format).kind}, "-o", unfinished.existing(), true);
   }
-  if (unfinished.begin()) {
-    std::set<std::string> names;
-    for (const fs::path& path : paths) names.insert(path.lexically_relative(options.output).string());
-    remove_temporaries(options.output, names);
-  }
-  const std::atomic<bool>& stop = catch_stop_signals();
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    if (stop) return say_stopped(options, fmt::format("with {} of {} files written", i, rows.size()));
-    if (unfinished.has_made(paths[i])) continue;
-    std::error_code error;
-    fs::create_directories(paths[i].parent_path(), error);
-    if (error) throw_file_error(error.value(), "create", paths[i].parent_path(), FullDisk::stops_run);
-    AtomicFile file(paths[i], FullDisk::stops_run);
-    write_row([&file](std::string_view bytes) { file.append(bytes); }, rows[i]);
-    file.commit();
-  }
-  unfinished.end();
+  if (!write_planned(files, options, unfinished,
+                     [&](const PutBytes& put, const PlannedFile& file) { write_row(put, file.row); }))
+    return exit_stopped;
   fmt::print("{} files in {}\n", rows.size(), options.output);
   return exit_done;
 }
@@ -219,12 +241,7 @@ int export_schema(const StoreReader& store, const std::vector<std::uint64_t>& ro
       parameters_of(store, options, {"schema " + options.arrays.schema, options.arrays.uncertain}),
       options.fresh, guard);
   const std::uint32_t queries = store.columns().points_of(PointSet::queries, 0);
-  struct File {
-    fs::path path;
-    std::uint64_t row;
-    std::size_t number;
-  };
-  std::vector<File> files;
+  std::vector<PlannedFile> files;
   std::uint64_t left_out = 0, dropped = 0;
   for (const std::uint64_t row : rows) {
     const ItemReport report = store.report(row);
@@ -240,28 +257,17 @@ int export_schema(const StoreReader& store, const std::vector<std::uint64_t>& ro
       guard.check(files.back().path, {kind}, "-o", unfinished.existing(), true);
     }
   }
-  if (unfinished.begin()) {
-    std::set<std::string> names;
-    for (const File& file : files) names.insert(file.path.lexically_relative(options.output).string());
-    remove_temporaries(options.output, names);
-  }
-  const std::atomic<bool>& stop = catch_stop_signals();
-  std::optional<Row> content;  // of the file before
-  for (std::size_t i = 0; i < files.size(); ++i) {
-    const File& file = files[i];
-    if (stop) return say_stopped(options, fmt::format("with {} of {} files written", i, files.size()));
-    if (i == 0 || files[i - 1].row != file.row) content.reset();
-    if (unfinished.has_made(file.path)) continue;
-    if (!content) content = store.read_row(file.row);
-    std::error_code error;
-    fs::create_directories(file.path.parent_path(), error);
-    if (error) throw_file_error(error.value(), "create", file.path.parent_path(), FullDisk::stops_run);
-    AtomicFile out(file.path, FullDisk::stops_run);
-    write_schema_file([&out](std::string_view bytes) { out.append(bytes); }, store.columns(), schema,
-                      file.number, uncertain, *content, store.id(file.row));
-    out.commit();
-  }
-  unfinished.end();
+  std::optional<Row> content;  // of the row of the file before
+  std::uint64_t row_of_content = 0;
+  if (!write_planned(files, options, unfinished, [&](const PutBytes& put, const PlannedFile& file) {
+        if (!content || row_of_content != file.row) {
+          content.reset();
+          content = store.read_row(file.row);
+          row_of_content = file.row;
+        }
+        write_schema_file(put, store.columns(), schema, file.number, uncertain, *content, store.id(file.row));
+      }))
+    return exit_stopped;
   fmt::print("{} files of {} models in {}\n", files.size(), rows.size() - left_out, options.output);
   if (dropped > 0) fmt::print("{} points without a certain side were left out\n", dropped);
   if (left_out > 0)
