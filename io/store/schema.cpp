@@ -371,18 +371,24 @@ ChunkShape sample_chunk(std::uint64_t rows, std::uint32_t samples) {
   return shape;
 }
 
+namespace {
+
+// The chunks of the largest set of points.
+ChunkShape largest_set_chunk(const StoredColumns& columns, std::uint64_t rows, std::uint32_t samples) {
+  return sample_chunk(rows,
+                      std::max(samples, *std::max_element(columns->counts.begin(), columns->counts.end())));
+}
+
+}  // namespace
+
 ChunkShape set_chunk(const StoredColumns& columns, std::uint64_t rows, std::uint32_t samples, PointSet set) {
-  std::uint32_t most = samples;
-  for (const std::uint32_t count : columns->counts) most = std::max(most, count);
   ChunkShape shape = sample_chunk(rows, columns->points_of(set, samples));
-  shape.rows = sample_chunk(rows, most).rows;
+  shape.rows = largest_set_chunk(columns, rows, samples).rows;
   return shape;
 }
 
 std::uint32_t most_chunks_per_row(const StoredColumns& columns, std::uint64_t rows, std::uint32_t samples) {
-  std::uint32_t most = samples;
-  for (const std::uint32_t count : columns->counts) most = std::max(most, count);
-  return sample_chunk(rows, most).chunks_per_row;
+  return largest_set_chunk(columns, rows, samples).chunks_per_row;
 }
 
 ChunkShape descriptor_chunk(std::uint64_t rows, std::uint32_t width) {
