@@ -153,7 +153,7 @@ void check_sample_ranges(const DatasetSpec& spec, std::span<const float> values,
   if ((rule == Values::sharp_points || rule == Values::sharp_vectors) && report.sharp_edges == 0 &&
       std::all_of(values.begin(), values.end(), [](float value) { return std::isnan(value); }))
     return;
-  const bool has_winding = report.sign_rule == StoredSign::winding || report.sign_rule == StoredSign::closed;
+  const bool has_winding = report.sign_rule == SignRule::winding || report.sign_rule == SignRule::closed;
   if (rule == Values::windings && !has_winding) {
     if (!std::all_of(values.begin(), values.end(), [](float value) { return std::isnan(value); }))
       complain(fmt::format("has winding numbers in {}, but sides decided by {}", spec.path,

@@ -124,7 +124,7 @@ class RowChecker {
         return complain("{} has {} in {}, which must be below {}", name_, number, spec.path, bound);
   }
 
-  // Every byte is a color.
+  // Of colors, every byte is one.
   void check_bytes(const DatasetSpec& spec, std::span<const std::byte> values) {
     const Values rule = spec.column->values;
     if (rule != Values::truths && rule != Values::groups) return;

@@ -19,6 +19,7 @@
 #include "jobs/cli/allow_failures.h"
 #include "jobs/cli/command_line.h"
 #include "jobs/cli/exit_status.h"
+#include "jobs/cli/option_words.h"
 #include "jobs/cli/units.h"
 #include "jobs/cli/usage_error.h"
 #include "jobs/inputs/store_items.h"
@@ -84,7 +85,8 @@ class Sections {
     const PreparedMesh mesh = prepare_mesh(file);
     const TriangleTree tree = build_triangle_tree(mesh.x, mesh.y, mesh.z, mesh.triangles);
     const OrientedSurface oriented = orient_outward(mesh);
-    const std::optional<SignRule> rule = rule_for(mesh, tree, oriented);
+    const std::optional<SignRule> rule =
+        chosen_rule(value_of(sign_choice_words, options_.sign), mesh, tree, oriented);
     if (!rule) {
       section.cell.failure =
           fmt::format("the surface is not closed: it has {} open edges", oriented.open_edges);
@@ -104,8 +106,7 @@ class Sections {
     section.inside = picture.inside;
     section.uncertain = picture.uncertain;
     section.cell.picture = std::move(picture.picture);
-    section.cell.note =
-        fmt::format("{} = {:g}; sign {}", options_.axis, section.at, text_of(sign_rule_words, *rule));
+    section.cell.note = fmt::format("{} = {:g}; sign {}", options_.axis, section.at, name_of(*rule));
     if (*rule != SignRule::none)
       section.cell.note += fmt::format(", {:.1f} % uncertain", 100 * section.uncertain);
   }
@@ -141,15 +142,6 @@ class Sections {
                                   bytes / (1 << 20), memory_ >> 20));
   }
 
-  // None where the rule closed was asked for and the surface is not.
-  std::optional<SignRule> rule_for(const PreparedMesh& mesh, const TriangleTree& tree,
-                                   const OrientedSurface& oriented) const {
-    SignRule rule{};
-    if (!take_word(sign_rule_words, options_.sign, rule)) return sign_rule(mesh, tree, oriented);
-    if (rule == SignRule::closed && !oriented.all_closed()) return std::nullopt;
-    return rule;
-  }
-
   const SectionOptions& options_;
   const PictureSubjects& subjects_;
   std::uint64_t memory_;
@@ -171,7 +163,7 @@ void print_summary(const SectionOptions& options, const std::vector<DrawnSection
                      return;
                    }
                    json.member("at", section.at);
-                   json.member("sign", text_of(sign_rule_words, section.rule));
+                   json.member("sign", name_of(section.rule));
                    json.member("inside", section.inside);
                    json.member("uncertain", section.uncertain);
                  });
@@ -261,11 +253,9 @@ JobFunction add_section(Command& render) {
       .add_option("--at", options->at,
                   "Place of the plane on the axis, in the coordinates of the file (default: the middle)")
       .on_given([&placed = options->placed] { placed = true; });
-  std::vector<std::string> rules = all_words(sign_rule_words);
-  rules.insert(rules.begin(), "auto");
   command.add_option("--sign", options->sign, "How sides are told (auto: by the surface)")
       .show_default()
-      .one_of(rules);
+      .one_of(all_words(sign_choice_words));
   command.add_option("--size", options->sheet.cell, "Pixels of a model's picture, 64 to 2048")
       .show_default()
       .range(64, 2048);

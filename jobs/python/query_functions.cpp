@@ -48,19 +48,16 @@ CancelToken limit_of(const LaboratoryArguments& given) {
 // The rule that was asked for, if the surface takes it.
 SignRule rule_of(const std::string& word, const PreparedMesh& mesh, const TriangleTree& tree,
                  const OrientedSurface& oriented) {
-  if (word == "auto") return sign_rule(mesh, tree, oriented);
-  SignRule rule{};
-  if (!take_word(sign_rule_words, word, rule)) {
-    std::vector<std::string> words = all_words(sign_rule_words);
-    words.insert(words.begin(), "auto");
-    throw UsageError("sign: " + none_of(word, words));
-  }
-  if (rule == SignRule::closed && !oriented.all_closed())
+  SignChoice choice{};
+  if (!take_word(sign_choice_words, word, choice))
+    throw UsageError("sign: " + none_of(word, all_words(sign_choice_words)));
+  const std::optional<SignRule> rule = chosen_rule(choice, mesh, tree, oriented);
+  if (!rule)
     throw UsageError(
         fmt::format("sign: the surface is not closed: it has {} open edges; \"auto\" chooses by the "
                     "surface",
                     oriented.open_edges));
-  return rule;
+  return *rule;
 }
 
 }  // namespace
@@ -101,7 +98,7 @@ LaboratoryResult signed_distance(const LaboratoryArguments& given) {
   result.add("certain", std::move(sides.certain));
   if (sides.rule == SignRule::closed || sides.rule == SignRule::winding)
     result.add("winding", std::move(sides.winding));
-  const std::string rule = text_of(sign_rule_words, sides.rule);
+  const std::string_view rule = name_of(sides.rule);
   result.add("sign", std::vector<std::uint8_t>(rule.begin(), rule.end()));
   result.add("open_edges", open_edges);
   return result;

@@ -5,7 +5,7 @@
 
 namespace meander {
 
-// Takes a mesh, points (n, 3), sign (auto, or one of sign_rule_words), threads, and timeout (seconds, 0:
+// Takes a mesh, points (n, 3), sign (one of sign_choice_words), threads, and timeout (seconds, 0:
 // none). Returns distance (n,), negative inside; face (n,); corners (n, 3) and weights (n, 2), of the corners
 // 1 and 2, of the nearest triangle; inside and certain (n,), 0 or 1; winding (n,) by the rules closed and
 // winding; sign, the word of the rule in bytes; and the number open_edges.

@@ -272,9 +272,8 @@ void print_sets(const StoreSummary& summary) {
     fmt::print("  {:<20}{:>10}   {} no edge as sharp as --sharp-angle; --sharp-fill stands in\n",
                "no sharp edge", summary.rows_without_sharp,
                summary.rows_without_sharp == 1 ? "this model has" : "these models have");
-  for (std::size_t s = 0; summary.has_sides && s < stored_sign_names.size(); ++s)
-    if (summary.by_sign[s] > 0)
-      fmt::print("  sign: {:<14}{:>10}\n", stored_sign_names[s], summary.by_sign[s]);
+  for (std::size_t s = 0; summary.has_sides && s < sign_rule_names.size(); ++s)
+    if (summary.by_sign[s] > 0) fmt::print("  sign: {:<14}{:>10}\n", sign_rule_names[s], summary.by_sign[s]);
   const std::uint64_t ok = summary.by_status[static_cast<std::size_t>(Status::ok)];
   if (summary.has_sides && summary.uncertain > 0)
     fmt::print("  {:<20}{:>10}   points of queries, {:.3g} % of them, have no certain side\n",
@@ -286,7 +285,7 @@ void print_sets(const StoreSummary& summary) {
 void write_sets(JsonWriter& json, const StoreSummary& summary) {
   if (summary.has_sharp) json.member("items_without_sharp_edge", summary.rows_without_sharp);
   if (!summary.has_sides) return;
-  write_counts(json, "sign_rule", stored_sign_names, summary.by_sign);
+  write_counts(json, "sign_rule", sign_rule_names, summary.by_sign);
   json.member("uncertain_points", summary.uncertain);
 }
 

@@ -47,7 +47,7 @@ struct StoreSummary {
       undescribed;  // see count_undescribed; empty: not counted
   // Of ok rows of a store with points that have a side: how it was decided, and of how many points it is not
   // certain.
-  std::array<std::uint64_t, stored_sign_names.size()> by_sign{};
+  std::array<std::uint64_t, sign_rule_names.size()> by_sign{};
   std::uint64_t uncertain = 0;
   std::uint32_t queries = 0;  // points of a row
   struct FailedRow {

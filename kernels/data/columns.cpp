@@ -37,9 +37,7 @@ struct TypeOf {
   ColumnType operator()(ColorSource ItemReport::*) const {
     return {ElementType::word, 0, color_source_names};
   }
-  ColumnType operator()(StoredSign ItemReport::*) const {
-    return {ElementType::word, 0, stored_sign_names};
-  }
+  ColumnType operator()(SignRule ItemReport::*) const { return {ElementType::word, 0, sign_rule_names}; }
   ColumnType operator()(ItemKey key) const {
     if (key == ItemKey::label) return {ElementType::i32, 1};
     return key == ItemKey::split ? ColumnType{ElementType::word, 0, split_names}

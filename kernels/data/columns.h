@@ -254,7 +254,7 @@ using ItemMember =
                  std::array<std::uint8_t, 32> ItemReport::*,
                  std::array<std::uint32_t, note_count> ItemReport::*, RepairCounts ItemReport::*,
                  Status ItemReport::*, Method ItemReport::*, OrderReason ItemReport::*,
-                 ColorSource ItemReport::*, StoredSign ItemReport::*, std::string ItemReport::*>;
+                 ColorSource ItemReport::*, SignRule ItemReport::*, std::string ItemReport::*>;
 
 // Which stores have a column of items: all; those whose samples have colors, columns with optional values,
 // or classes with names; those with points on sharp edges, or points that have a side.

@@ -9,6 +9,7 @@
 
 #include "kernels/core/notes.h"
 #include "kernels/core/status.h"
+#include "kernels/data/sign_rule.h"
 #include "kernels/public/samples.h"
 
 namespace meander {
@@ -25,14 +26,6 @@ inline constexpr std::array<std::string_view, 5> color_source_names = {"none", "
                                                                        "texture"};
 constexpr std::string_view name_of(ColorSource source) {
   return color_source_names[static_cast<std::size_t>(source)];
-}
-
-// How the sides of points were decided: see SignRule (kernels/query/surface_sides.h). The numbers are part of
-// the store format.
-enum class StoredSign : std::uint8_t { none = 0, shell = 1, winding = 2, closed = 3 };
-inline constexpr std::array<std::string_view, 4> stored_sign_names = {"none", "shell", "winding", "closed"};
-constexpr std::string_view name_of(StoredSign sign) {
-  return stored_sign_names[static_cast<std::size_t>(sign)];
 }
 
 // The coordinates in which points are handed out: as they are stored, or those of the model's file.
@@ -83,12 +76,12 @@ struct ItemReport : SampleReport {
   // sample or more, which have NaN there, in columns of classes no_sample_class.
   std::uint32_t lacks = 0;
   std::uint32_t missing = 0;  // bit i: the model has no such attribute, or no texture coordinates, at all
-  std::uint32_t points_crc32c = 0;          // over the N x 3 little-endian float32 of `points`; 0 unless ok
-  std::uint32_t names_bytes = 0;            // length of Row::names as it is stored; 0 unless ok
-  std::uint32_t sharp_edges = 0;            // with points on sharp edges only: how many edges are sharp, and
-  StoredSign sign_rule = StoredSign::none;  // with points that have a side only: how it was decided, and
-  std::uint32_t uncertain = 0;              // of how many it is not certain
-  double sharp_length = 0;                  // how long they are in units of the file
+  std::uint32_t points_crc32c = 0;      // over the N x 3 little-endian float32 of `points`; 0 unless ok
+  std::uint32_t names_bytes = 0;        // length of Row::names as it is stored; 0 unless ok
+  std::uint32_t sharp_edges = 0;        // with points on sharp edges only: how many edges are sharp, and
+  SignRule sign_rule = SignRule::none;  // with points that have a side only: how it was decided, and
+  std::uint32_t uncertain = 0;          // of how many it is not certain
+  double sharp_length = 0;              // how long they are in units of the file
 };
 
 // One row of the store.

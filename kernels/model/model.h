@@ -16,6 +16,7 @@
 #include "kernels/model/sample_parameters.h"
 #include "kernels/model/tensor_segments.h"
 #include "kernels/partition/surface_regions.h"
+#include "kernels/query/sharp_edges.h"
 #include "kernels/sample/placed_sites.h"
 
 namespace meander {
@@ -36,6 +37,7 @@ struct Model {
   std::vector<CurveTree> trees;   // build_curve; locate_vertices refines them
   SurfaceOrder order;             // locate_vertices
   PlacedSites sites;              // place_samples, in place of row.samples (leaves_sites)
+  SharpEdges sharp_edges;         // sharp_edges; the last stage that needs them drops them
   Row row;  // its report is filled up to the stage that threw; place_samples, describe_shape
 };
 

@@ -243,13 +243,11 @@ SampleSettings make_value_settings() {
   return list;
 }
 
-constexpr double most_set_points = 16777216;
-
 void add_sharp_settings(SampleSettings& list) {
   constexpr const char *only = "applies to --sharp only",
                        *edges = "applies to --sharp and to --queries near-sharp=... only";
   list.number(
-          "sharp", "--sharp", [](auto& p) -> auto& { return p.sharp.samples; }, 0, most_set_points,
+          "sharp", "--sharp", [](auto& p) -> auto& { return p.sharp.samples; }, 0, most_sharp_samples,
           "Points on the sharp edges of every model, beside its samples, evenly spread by length (/sharp)")
       .in_python("sharp")
       .without_default()
@@ -287,22 +285,20 @@ void add_query_settings(SampleSettings& list) {
           "queries", "--queries", [](const P& p) { return queries_text(p.queries.terms); },
           [](P& p, std::string_view text) { return take_queries(text, p.queries.terms); },
           "Points in space with their signed distances, for every model (/queries), as in "
-          "\"near=250000@.005,.05 "
-          "near-sharp=125000@.001,.01 volume=250000@1.05\": near: points of the surface, moved by Gaussians "
-          "of "
-          "these standard deviations; near-sharp: points of sharp edges; volume: points in a box of this "
-          "half "
-          "side. In units of the stored frame, with --normalize none of half the longest side of the model")
+          "\"near=250000@.005,.05 near-sharp=125000@.001,.01 volume=250000@1.05\": near: points of the "
+          "surface, moved by Gaussians of these standard deviations; near-sharp: points of sharp edges; "
+          "volume: points in a box of this half side. In units of the stored frame, with --normalize none of "
+          "half the longest side of the model")
       .in_python("queries")
       .without_default()
       .only_recorded(has_queries);
   list.word(
           "sign", "--sign", [](auto& p) -> auto& { return p.queries.sign; }, sign_choice_words,
           "How sides are decided. closed: by whole winding numbers, where every component is closed; "
-          "winding: by "
-          "winding numbers, where the surface is nearly closed; shell: inside is what a flood from outside "
-          "does "
-          "not reach; auto: the first of these that fits the model; none: distances have no sign")
+          "winding: by winding numbers, where the surface is nearly closed; shell: inside is what a flood "
+          "from outside does not reach; auto: the first of these that fits the model; none: distances have "
+          "no "
+          "sign")
       .in_python("sign")
       .only_recorded(has_queries)
       .acting(has_queries, only);

@@ -441,16 +441,23 @@ double sharpening_bytes(const SampleParameters& p, const ModelSizes& sizes) {
 }
 
 ModelStages sharpening(const SampleParameters& p) {
-  if (p.sharp.samples == 0) return {};
-  return {{"sharp_samples",
-           [sharp = p.sharp, order = p.order, jitter = p.jitter](Model& model) {
-             model.cancel.check();
-             const SharpEdges edges = sharp_edges_of(model.surface, sharp);
-             model.cancel.check();
-             add_sharp_samples(model.surface, edges, sharp, order, jitter, model.key, model.cancel,
-                               model.row);
-           },
-           sharpening_bytes}};
+  ModelStages stages;
+  if (p.sharp.samples > 0 || p.queries.has(QueryKind::near_sharp))
+    stages.push_back({"sharp_edges",
+                      [sharp = p.sharp](Model& model) {
+                        model.cancel.check();
+                        model.sharp_edges = sharp_edges_of(model.surface, sharp);
+                      },
+                      sharpening_bytes});
+  if (p.sharp.samples > 0)
+    stages.push_back({"sharp_samples", [sharp = p.sharp, order = p.order, jitter = p.jitter,
+                                        is_last = !p.queries.has(QueryKind::near_sharp)](Model& model) {
+                        model.cancel.check();
+                        add_sharp_samples(model.surface, model.sharp_edges, sharp, order, jitter, model.key,
+                                          model.cancel, model.row);
+                        if (is_last) model.sharp_edges = {};
+                      }});
+  return stages;
 }
 
 double querying_bytes(const SampleParameters& p, const ModelSizes& sizes) {
@@ -462,10 +469,10 @@ double querying_bytes(const SampleParameters& p, const ModelSizes& sizes) {
 ModelStages querying(const SampleParameters& p) {
   if (!p.queries.any()) return {};
   return {{"query_points",
-           [queries = p.queries, sharp = p.sharp, normalize = p.normalize](Model& model) {
+           [queries = p.queries, normalize = p.normalize](Model& model) {
              release_charts(model);
-             add_query_points(model.file, model.surface, queries, sharp, normalize == NormalizeKind::none,
-                              model.key, model.cancel, model.row);
+             add_query_points(model.file, model.surface, queries, std::exchange(model.sharp_edges, {}),
+                              normalize == NormalizeKind::none, model.key, model.cancel, model.row);
            },
            querying_bytes}};
 }

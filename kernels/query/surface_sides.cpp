@@ -287,6 +287,23 @@ SignRule sign_rule(const PreparedMesh& mesh, const TriangleTree& tree, const Ori
                                                                          : SignRule::shell;
 }
 
+std::optional<SignRule> chosen_rule(SignChoice choice, const PreparedMesh& mesh, const TriangleTree& tree,
+                                    const OrientedSurface& oriented) {
+  switch (choice) {
+    case SignChoice::automatic:
+      return sign_rule(mesh, tree, oriented);
+    case SignChoice::closed:
+      return oriented.all_closed() ? std::optional(SignRule::closed) : std::nullopt;
+    case SignChoice::winding:
+      return SignRule::winding;
+    case SignChoice::shell:
+      return SignRule::shell;
+    case SignChoice::none:
+      break;
+  }
+  return SignRule::none;
+}
+
 PointSides point_sides(const TriangleTree& tree, const OrientedSurface& oriented, SignRule rule,
                        std::span<const double> points, const NearestTriangles& nearest,
                        const CancelToken& cancel) {

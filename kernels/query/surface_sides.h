@@ -2,11 +2,13 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "kernels/core/cancel.h"
 #include "kernels/core/words.h"
+#include "kernels/data/sign_rule.h"
 #include "kernels/query/boundary_field.h"
 #include "kernels/query/nearest_triangle.h"
 #include "kernels/query/oriented_surface.h"
@@ -16,15 +18,19 @@
 
 namespace meander {
 
-// How sides are told. Closed: every component is closed, inside is where the winding number, a whole number,
-// is not 0. Winding: the surface is nearly closed; inside is where the generalized winding number is at least
-// one half. Shell: outside is what a grid is flooded by from outside of the surface, whatever its triangles
-// are; gaps narrower than a cell, 1/124 of the longest side, are closed. None: points have no side.
-enum class SignRule : std::uint8_t { none, shell, winding, closed };
-inline constexpr Word<SignRule> sign_rule_words[] = {{"none", SignRule::none},
-                                                     {"shell", SignRule::shell},
-                                                     {"winding", SignRule::winding},
-                                                     {"closed", SignRule::closed}};
+// How sides are told (SignRule). Closed: every component is closed, inside is where the winding number, a
+// whole number, is not 0. Winding: the surface is nearly closed; inside is where the generalized winding
+// number is at least one half. Shell: outside is what a grid is flooded by from outside of the surface,
+// whatever its triangles are; gaps narrower than a cell, 1/124 of the longest side, are closed. None: points
+// have no side.
+
+// What users ask for: a rule, or the first of closed, winding and shell that fits the surface.
+enum class SignChoice : std::uint8_t { automatic, closed, winding, shell, none };
+inline constexpr Word<SignChoice> sign_choice_words[] = {{"auto", SignChoice::automatic},
+                                                         {"closed", SignChoice::closed},
+                                                         {"winding", SignChoice::winding},
+                                                         {"shell", SignChoice::shell},
+                                                         {"none", SignChoice::none}};
 
 // By the rule `winding`, sides within this of the threshold, one half, are uncertain: above and below a hole
 // the winding number is fractional, and what is missing may lie on either side of the point.
@@ -50,6 +56,9 @@ double nearly_closed_area(const PreparedMesh& mesh, const TriangleTree& tree,
 // The rule for a surface: closed, winding or, for all others, shell; shell also where it is not known which
 // components lie in which.
 SignRule sign_rule(const PreparedMesh& mesh, const TriangleTree& tree, const OrientedSurface& oriented);
+// The rule that was asked for; nullopt where that is `closed` and the surface is not.
+std::optional<SignRule> chosen_rule(SignChoice choice, const PreparedMesh& mesh, const TriangleTree& tree,
+                                    const OrientedSurface& oriented);
 
 // Tells the sides of 3 n coordinates in those of the mesh. tree: that of the mesh; nearest: what
 // nearest_triangles says of the points. |w| counts, so that a solid that is wound inward has an inside too.

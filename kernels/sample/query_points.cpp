@@ -18,7 +18,6 @@
 #include "kernels/mesh/prepare_mesh.h"
 #include "kernels/query/nearest_triangle.h"
 #include "kernels/query/oriented_surface.h"
-#include "kernels/query/surface_sides.h"
 #include "kernels/query/triangle_tree.h"
 #include "kernels/sample/point_frames.h"
 #include "kernels/sample/scrambled_net.h"
@@ -67,7 +66,8 @@ std::string take_term(std::string_view text, QueryTerm& term) {
   const std::size_t at = text.find('@');
   const std::string_view count = text.substr(0, at);
   if (!take_number(count, term.count) || term.count < 1 || term.count > most_queries)
-    return quoted + "`" + std::string(count) + "` is no number of points, 1 to 16777216";
+    return quoted + "`" + std::string(count) + "` is no number of points, 1 to " +
+           std::to_string(most_queries);
   if (at == text.npos) {
     if (term.kind != QueryKind::volume) return quoted + "it needs a size: COUNT@SIZE";
     term.sizes = {1};
@@ -155,13 +155,11 @@ QueryFrame query_frame(const PreparedMesh& mesh, const ItemReport& report, bool 
 
 // In working units of the surface.
 std::vector<double> query_places(const PreparedMesh& surface, const std::vector<QueryGroup>& groups,
-                                 const std::vector<QueryPlace>& places, const SharpParameters& sharp,
+                                 const std::vector<QueryPlace>& places, const SharpEdges& edges,
                                  const QueryFrame& frame, RandomKey key, const CancelToken& cancel) {
   const auto has = [&](QueryKind kind) {
     return std::any_of(groups.begin(), groups.end(), [&](const QueryGroup& g) { return g.kind == kind; });
   };
-  SharpEdges edges;
-  if (has(QueryKind::near_sharp)) edges = sharp_edges_of(surface, sharp);
   cancel.check();
   const bool has_edges = edges.length() > 0;
   std::optional<AreaShares> area;
@@ -244,33 +242,15 @@ PointSides sides_of(const PreparedMesh& mesh, const TriangleTree& tree, SignChoi
                     const CancelToken& cancel) {
   const OrientedSurface oriented = orient_outward(mesh);
   cancel.check();
-  SignRule rule = SignRule::none;
-  if (choice == SignChoice::automatic) rule = sign_rule(mesh, tree, oriented);
-  if (choice == SignChoice::closed && oriented.all_closed()) rule = SignRule::closed;
-  if (choice == SignChoice::winding) rule = SignRule::winding;
-  if (choice == SignChoice::shell) rule = SignRule::shell;
+  const SignRule rule = chosen_rule(choice, mesh, tree, oriented).value_or(SignRule::none);
   cancel.check();
   return point_sides(tree, oriented, rule, points, nearest, cancel);
-}
-
-StoredSign stored_sign(SignRule rule) {
-  switch (rule) {
-    case SignRule::shell:
-      return StoredSign::shell;
-    case SignRule::winding:
-      return StoredSign::winding;
-    case SignRule::closed:
-      return StoredSign::closed;
-    case SignRule::none:
-      break;
-  }
-  return StoredSign::none;
 }
 
 void add_sides(PointSides sides, Row& row) {
   const std::size_t count = sides.inside.size();
   Samples& samples = row.samples;
-  row.report.sign_rule = stored_sign(sides.rule);
+  row.report.sign_rule = sides.rule;
   row.report.uncertain = static_cast<std::uint32_t>(sides.rule == SignRule::none ? count : sides.uncertain);
   if (sides.rule == SignRule::none) std::fill(sides.certain.begin(), sides.certain.end(), std::uint8_t{0});
   samples.query_winding.assign(count, std::numeric_limits<float>::quiet_NaN());
@@ -330,8 +310,11 @@ std::string take_queries(std::string_view text, std::vector<QueryTerm>& terms) {
     groups += term.sizes.size();
   }
   if (count > most_queries)
-    return "there are " + std::to_string(count) + " points, at most 16777216 are possible";
-  if (groups > most_groups) return "there are " + std::to_string(groups) + " sizes, at most 255 are possible";
+    return "there are " + std::to_string(count) + " points, at most " + std::to_string(most_queries) +
+           " are possible";
+  if (groups > most_groups)
+    return "there are " + std::to_string(groups) + " sizes, at most " + std::to_string(most_groups) +
+           " are possible";
   return {};
 }
 
@@ -354,14 +337,14 @@ std::uint32_t query_count(const std::vector<QueryTerm>& terms) {
 }
 
 void add_query_points(const PolygonMesh& file, const PreparedMesh& surface, const QueryParameters& parameters,
-                      const SharpParameters& sharp, bool in_box, RandomKey key, const CancelToken& cancel,
+                      const SharpEdges& edges, bool in_box, RandomKey key, const CancelToken& cancel,
                       Row& row) {
   const std::vector<QueryGroup> groups = query_groups(parameters.terms);
   const std::vector<QueryPlace> places = interleaved(groups);
   Samples& samples = row.samples;
   const ItemReport& report = row.report;
   samples.query_points = stored_points(
-      query_places(surface, groups, places, sharp, query_frame(surface, report, in_box), key, cancel),
+      query_places(surface, groups, places, edges, query_frame(surface, report, in_box), key, cancel),
       surface, {{report.loc[0], report.loc[1], report.loc[2]}, report.scale});
   if (parameters.halves) round_to_halves(samples.query_points);
   samples.query_kind.resize(places.size());

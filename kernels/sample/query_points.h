@@ -12,6 +12,7 @@
 #include "kernels/data/samples.h"
 #include "kernels/mesh/polygon_mesh.h"
 #include "kernels/mesh/prepared_mesh.h"
+#include "kernels/query/surface_sides.h"
 #include "kernels/sample/sharp_samples.h"
 
 namespace meander {
@@ -20,14 +21,6 @@ namespace meander {
 enum class QueryKind : std::uint8_t { near, near_sharp, volume };
 inline constexpr Word<QueryKind> query_kind_words[] = {
     {"near", QueryKind::near}, {"near-sharp", QueryKind::near_sharp}, {"volume", QueryKind::volume}};
-
-// How sides are decided: see SignRule.
-enum class SignChoice : std::uint8_t { automatic, closed, winding, shell, none };
-inline constexpr Word<SignChoice> sign_choice_words[] = {{"auto", SignChoice::automatic},
-                                                         {"closed", SignChoice::closed},
-                                                         {"winding", SignChoice::winding},
-                                                         {"shell", SignChoice::shell},
-                                                         {"none", SignChoice::none}};
 
 // KIND=COUNT@SIZE,SIZE...: so many points, in equal shares for each of the sizes: standard deviations of the
 // moves along each axis, or half the side of the box.
@@ -48,7 +41,7 @@ struct QueryParameters {
   bool has(QueryKind kind) const;
 };
 
-inline constexpr std::uint32_t most_queries = std::uint32_t{1} << 24;
+inline constexpr std::uint32_t most_queries = most_sharp_samples;
 // The terms as a text, apart by blanks, and back: the problem with the text, or "". A term without sizes has
 // none but `volume`, whose box has the size 1.
 std::string queries_text(const std::vector<QueryTerm>& terms);
@@ -71,7 +64,7 @@ std::uint32_t query_count(const std::vector<QueryTerm>& terms);
 // The points of a group are those of a scrambled net in six dimensions. near: one for the share of the area,
 // along the triangles in the order of the 3-D Hilbert curve, two within the triangle, and three that become a
 // Gaussian move by normal_quantile. near_sharp: one for the share of the length of all sharp edges, and three
-// for the move; where there is no sharp edge, as near. volume: three. Sizes are in stored units, the box is
+// for the move; where there is none in `edges`, as near. volume: three. Sizes are in stored units, the box is
 // around the origin; where `in_box`, they are in halves of the longest side of the model's box, and the box
 // is around its center.
 //
@@ -80,7 +73,7 @@ std::uint32_t query_count(const std::vector<QueryTerm>& terms);
 // the points have no side, and none is certain. `file` needs its polygons. The same for every thread count.
 // Throws timeout / RunCanceled. O((T + Q) log T).
 void add_query_points(const PolygonMesh& file, const PreparedMesh& surface, const QueryParameters& parameters,
-                      const SharpParameters& sharp, bool in_box, RandomKey key, const CancelToken& cancel,
+                      const SharpEdges& edges, bool in_box, RandomKey key, const CancelToken& cancel,
                       Row& row);
 
 // Upper bound of the bytes that add_query_points takes, the points of the row and their encoding included.

@@ -8,6 +8,7 @@
 #include <numeric>
 #include <vector>
 
+#include "kernels/mesh/surface_walk.h"
 #include "kernels/sample/point_frames.h"
 
 namespace meander {
@@ -25,19 +26,13 @@ Vector3 unit_vector(Vector3 v) {
   return length > 0 ? (1 / length) * v : Vector3{};
 }
 
-Vector3 unit_normal(const PreparedMesh& mesh, std::uint32_t t) {
-  const std::uint32_t* const corner = &mesh.triangles[3 * std::size_t{t}];
-  const Vector3 a = mesh.position(corner[0]);
-  return unit_vector(cross(mesh.position(corner[1]) - a, mesh.position(corner[2]) - a));
-}
-
 // Mean of the normals at an edge along `along`. Both faces look to one side of the surface where their
 // insides, seen along the edge, lie on different sides of it: otherwise one of them is wound the other way.
 Vector3 edge_normal(const PreparedMesh& mesh, const SharpEdges& edges, std::size_t e, Vector3 along) {
   const std::uint32_t first = edges.triangle[2 * e], second = edges.triangle[2 * e + 1];
-  const Vector3 of_first = unit_normal(mesh, first);
+  const Vector3 of_first = triangle_normal(mesh, first);
   if (second == no_index) return of_first;
-  Vector3 of_second = unit_normal(mesh, second);
+  Vector3 of_second = triangle_normal(mesh, second);
   const Vector3 start = mesh.position(edges.start[e]);
   const auto side = [&](std::uint32_t t, Vector3 normal) {
     return dot(cross(along, mesh.centroid(t) - start), normal) > 0;

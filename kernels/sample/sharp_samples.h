@@ -18,6 +18,9 @@ enum class SharpFill : std::uint8_t { surface, nan };
 inline constexpr Word<SharpFill> sharp_fill_words[] = {{"surface", SharpFill::surface},
                                                        {"nan", SharpFill::nan}};
 
+// Of a model.
+inline constexpr std::uint32_t most_sharp_samples = std::uint32_t{1} << 24;
+
 struct SharpParameters {
   std::uint32_t samples = 0;  // of a model; 0: none
   double angle = 30;          // degrees, see SharpEdgeParameters

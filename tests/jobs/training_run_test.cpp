@@ -191,7 +191,7 @@ TEST_CASE("run --queries: signed distances of every model, their rules counted, 
   const StoreReader store(scratch / "s.h5");
   CHECK(store.columns().query_groups == std::vector<std::string>{"near@0.01", "near@0.05", "volume@0.6"});
   const Row square = row_of(scratch / "s.h5", "a_cube.off");
-  CHECK(square.report.sign_rule == StoredSign::closed);
+  CHECK(square.report.sign_rule == SignRule::closed);
   REQUIRE(square.samples.query_points.size() == 2100);
   for (std::size_t i = 0; i < 700; ++i) {  // the cube is [-1/2, 1/2]^3 in this frame
     double over = -1;
@@ -201,9 +201,9 @@ TEST_CASE("run --queries: signed distances of every model, their rules counted, 
     if (over < 0) CHECK(double{square.samples.query_distance[i]} == Approx(over).margin(1e-6));
   }
   // The same model elsewhere and larger has the same points in a frame, but for the content that keys them.
-  CHECK(row_of(scratch / "s.h5", "c_far.off").report.sign_rule == StoredSign::closed);
+  CHECK(row_of(scratch / "s.h5", "c_far.off").report.sign_rule == SignRule::closed);
   const Row sheet = row_of(scratch / "s.h5", "f_sheet.off");
-  CHECK(sheet.report.sign_rule == StoredSign::shell);
+  CHECK(sheet.report.sign_rule == SignRule::shell);
   CHECK(sheet.report.uncertain ==
         std::count(sheet.samples.query_certain.begin(), sheet.samples.query_certain.end(), 0));
   const ProcessResult info = meander_with({"info", "--json", (scratch / "s.h5").string()});
@@ -245,7 +245,7 @@ TEST_CASE("run --queries: what cannot be is refused, and soups are queried witho
   REQUIRE(run_sets(scratch / "in", scratch / "s.h5", joined(words, {"--topology", "none"})).exit_code == 3);
   require_verified(scratch / "s.h5");
   const Row soup = row_of(scratch / "s.h5", "a_cube.off");
-  CHECK(soup.report.sign_rule == StoredSign::closed);
+  CHECK(soup.report.sign_rule == SignRule::closed);
   REQUIRE(run_sets(scratch / "in", scratch / "t.h5", words).exit_code == 3);
   CHECK(row_of(scratch / "t.h5", "a_cube.off").samples.query_inside == soup.samples.query_inside);
   // Methods with charts, and anisotropic ones.
@@ -255,7 +255,7 @@ TEST_CASE("run --queries: what cannot be is refused, and soups are queried witho
                 .exit_code == 3);
     require_verified(scratch / (std::string(method) + ".h5"));
     const Row row = row_of(scratch / (std::string(method) + ".h5"), "a_cube.off");
-    CHECK(row.report.sign_rule == StoredSign::closed);
+    CHECK(row.report.sign_rule == SignRule::closed);
     CHECK(row.report.sharp_edges == 12);
   }
 }

@@ -26,7 +26,8 @@ Row with_queries(const PolygonMesh& file, const QueryParameters& parameters, boo
   row.report.loc = {0.25, 0, -0.5};
   row.report.scale = 2;
   const PreparedMesh mesh = prepare_mesh(file);
-  add_query_points(file, mesh, parameters, {}, in_box, make_random_key(seed, {}), {}, row);
+  add_query_points(file, mesh, parameters, sharp_edges_of(mesh, {}), in_box, make_random_key(seed, {}), {},
+                   row);
   return row;
 }
 
@@ -153,7 +154,7 @@ TEST_CASE("add_query_points: distances from a cube are those of its closed form,
       const Row row = with_queries(mesh, parameters);
       const Samples& s = row.samples;
       REQUIRE(s.query_points.size() == 18000);
-      CHECK(row.report.sign_rule == StoredSign::closed);
+      CHECK(row.report.sign_rule == SignRule::closed);
       std::uint32_t on_surface = 0;  // coordinates that are rounded may be those of a face
       for (std::size_t i = 0; i < 6000; ++i) {
         const double exact = cube_distance(place_of(row, i)), distance = 2 * double{s.query_distance[i]};
@@ -246,7 +247,7 @@ TEST_CASE("add_query_points: how sides are decided is said, and what has none is
   QueryParameters parameters = queries_of("volume=2000@1");
   const PolygonMesh sheet = grid_plane(4, 4);
   const Row open = with_queries(sheet, parameters);
-  CHECK(open.report.sign_rule == StoredSign::shell);
+  CHECK(open.report.sign_rule == SignRule::shell);
   CHECK(std::all_of(open.samples.query_winding.begin(), open.samples.query_winding.end(),
                     [](float w) { return std::isnan(w); }));
   const auto certain = std::count(open.samples.query_certain.begin(), open.samples.query_certain.end(), 1);
@@ -254,10 +255,10 @@ TEST_CASE("add_query_points: how sides are decided is said, and what has none is
 
   parameters.sign = SignChoice::closed;
   const Row refused = with_queries(sheet, parameters);
-  CHECK(refused.report.sign_rule == StoredSign::none);
+  CHECK(refused.report.sign_rule == SignRule::none);
   CHECK(refused.report.uncertain == 2000);
   CHECK(std::count(refused.samples.query_certain.begin(), refused.samples.query_certain.end(), 1) == 0);
-  CHECK(with_queries(cube(), parameters).report.sign_rule == StoredSign::closed);
+  CHECK(with_queries(cube(), parameters).report.sign_rule == SignRule::closed);
 
   parameters.sign = SignChoice::none;
   const Row unsigned_row = with_queries(cube(), parameters);
@@ -272,7 +273,7 @@ TEST_CASE("add_query_points: how sides are decided is said, and what has none is
   box.polygon_begin.pop_back();
   parameters.sign = SignChoice::automatic;
   const Row nearly = with_queries(box, parameters);
-  CHECK(nearly.report.sign_rule == StoredSign::winding);
+  CHECK(nearly.report.sign_rule == SignRule::winding);
   std::size_t wrong = 0;
   for (std::size_t i = 0; i < 2000; ++i) {
     const auto at = place_of(nearly, i);

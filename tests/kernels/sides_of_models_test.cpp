@@ -24,7 +24,7 @@ void check_damage(const char* damage, const SidedMesh& whole, const PolygonMesh&
   const SidedMesh sided(damaged);
   const Disagreement found = compare(sided, whole, damage_points);
   INFO(damage << ": wrong " << found.certain_wrong << ", uncertain " << found.uncertain << ", rule "
-              << text_of(sign_rule_words, sided.rule));
+              << name_of(sided.rule));
   CHECK(found.certain_wrong <= 1e-4);
   CHECK(found.uncertain <= 0.1);
 }
