@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <filesystem>
 #include <map>
 #include <memory>
@@ -17,7 +18,6 @@
 #include "jobs/cli/units.h"
 #include "jobs/cli/usage_error.h"
 #include "jobs/export/export_format.h"
-#include "jobs/export/training_schema.h"
 #include "kernels/core/joined_texts.h"
 #include "kernels/core/spelling.h"
 #include "kernels/sample/point_frames.h"
@@ -140,8 +140,23 @@ std::string npy_text(std::string_view ascii) {
   return file;
 }
 
-std::string sample_json(const StoreReader& store, std::uint64_t number, PointFrame frame, const Row& row) {
-  const ItemReport& report = row.report;
+// Coordinates of the model's file are loc + scale * those of the frame.
+struct ShardFrame {
+  std::string_view name;
+  std::array<double, 3> loc;
+  double scale;
+};
+
+ShardFrame shard_frame(const WebdatasetExport& wanted, const ItemReport& report) {
+  if (!wanted.schema) return {name_of(wanted.frame), report.loc, report.scale};
+  const SchemaPlace place = schema_place(report, wanted.schema->kind);
+  return {text_of(schema_words, wanted.schema->kind),
+          {place.center.x, place.center.y, place.center.z},
+          place.size};
+}
+
+std::string sample_json(const StoreReader& store, std::uint64_t number, const ShardFrame& frame,
+                        const ItemReport& report) {
   JsonWriter json;
   json.begin_object();
   json.member("id", store.id(number));
@@ -157,9 +172,9 @@ std::string sample_json(const StoreReader& store, std::uint64_t number, PointFra
     json.end_array();
   };
   list("bbox", report.bbox);
-  json.member("frame", name_of(frame));
-  list("loc", report.loc);
-  json.member("scale", report.scale);
+  json.member("frame", frame.name);
+  list("loc", frame.loc);
+  json.member("scale", frame.scale);
   json.end_object();
   return json.text() + "\n";
 }
@@ -173,13 +188,33 @@ std::string shard_name(const std::string& stem, Split split, std::uint64_t shard
   return fmt::format("{}{}-{:06}.tar", stem, part, shard);
 }
 
+// Names behind the key of a model, and contents.
+using Members = std::vector<std::pair<std::string, std::string>>;
+
+Members array_members(const StoreReader& store, const WebdatasetExport& wanted, const Row& row,
+                      const std::string& id) {
+  Members members;
+  if (!wanted.schema) {
+    for (const std::string& name : wanted.arrays)
+      members.emplace_back(file_word(name) + ".npy", npy_of(name, store.columns(), wanted.frame, row));
+    return members;
+  }
+  const std::vector<std::string> names = schema_members(wanted.schema->kind);
+  for (std::size_t number = 0; number < names.size(); ++number) {
+    std::string& content = members.emplace_back(names[number], "").second;
+    write_schema_file([&content](std::string_view bytes) { content += bytes; }, store.columns(),
+                      *wanted.schema, number, row, id);
+  }
+  return members;
+}
+
 // The shards of one split.
 class ShardFiles {
  public:
   ShardFiles(fs::path folder, std::string stem, Split split, std::uint64_t most_bytes)
       : folder_(std::move(folder)), stem_(std::move(stem)), split_(split), most_bytes_(most_bytes) {}
 
-  void add(const std::vector<std::pair<std::string, std::string>>& members) {
+  void add(const std::string& key, const Members& members) {
     std::uint64_t bytes = 0;
     for (const auto& [name, content] : members) bytes += TarWriter::member_bytes(content.size());
     if (file_ && bytes_ + bytes + end_bytes > most_bytes_) finish();
@@ -189,7 +224,7 @@ class ShardFiles {
       bytes_ = 0;
     }
     TarWriter tar([this](std::string_view piece) { file_->append(piece); });
-    for (const auto& [name, content] : members) tar.add(name, {content});
+    for (const auto& [name, content] : members) tar.add(key + "." + name, {content});
     bytes_ += bytes;
   }
   void finish() {
@@ -231,8 +266,8 @@ void add_array_export_options(const Command& whole, ArrayExport& options) {
   command
       .add_option(
           "--schema", options.schema,
-          "npz: files with the keys, shapes and types that the loaders of a published project read, of a "
-          "store with --queries (docs/TRAINING.md)")
+          "npz, webdataset: files with the keys, shapes and types that the loaders of a published project "
+          "read, of a store with --queries (docs/TRAINING.md)")
       .one_of(all_words(schema_words));
   command
       .add_option("--uncertain", options.uncertain,
@@ -245,7 +280,8 @@ void add_array_export_options(const Command& whole, ArrayExport& options) {
 void check_array_export(const ArrayExport& options, const std::string& format) {
   if (!options.arrays.empty() && export_format(format).content != ExportContent::arrays)
     throw UsageError("--arrays applies to --format " + formats_with(ExportContent::arrays, "and") + " only");
-  if (!options.schema.empty() && format != "npz") throw UsageError("--schema applies to --format npz only");
+  if (!options.schema.empty() && export_format(format).content != ExportContent::arrays)
+    throw UsageError("--schema applies to --format " + formats_with(ExportContent::arrays, "and") + " only");
   if (!options.schema.empty() && !options.arrays.empty())
     throw UsageError("--schema says which arrays there are: leave --arrays out");
   if (options.chooses_uncertain && options.schema.empty())
@@ -320,18 +356,15 @@ bool export_webdataset(const StoreReader& store, const std::vector<std::uint64_t
   for (const std::uint64_t number : rows) {
     if (stop) return false;
     const Row row = store.read_row(number);
-    const std::string key = fmt::format("{:08}", number);
-    std::vector<std::pair<std::string, std::string>> members;
-    for (const std::string& name : wanted.arrays)
-      members.emplace_back(fmt::format("{}.{}.npy", key, file_word(name)),
-                           npy_of(name, store.columns(), wanted.frame, row));
+    Members members = array_members(store, wanted, row, store.id(number));
     if (const std::int32_t label = store.label(number); label >= 0)
-      members.emplace_back(key + ".cls", std::to_string(label));
+      members.emplace_back("cls", std::to_string(label));
     else
       ++unlabeled;
-    members.emplace_back(key + ".json", sample_json(store, number, wanted.frame, row));
+    members.emplace_back("json", sample_json(store, number, shard_frame(wanted, row.report), row.report));
     const Split split = store.split(number);
-    files.try_emplace(split, wanted.folder, wanted.stem, split, wanted.most_bytes).first->second.add(members);
+    files.try_emplace(split, wanted.folder, wanted.stem, split, wanted.most_bytes)
+        .first->second.add(fmt::format("{:08}", number), members);
   }
   std::vector<std::string> written;
   for (auto& [split, shards] : files) {

@@ -4,12 +4,14 @@
 #include <atomic>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "io/archive/archive_writers.h"
 #include "io/store/store_reader.h"
+#include "jobs/export/training_schema.h"
 
 namespace meander {
 
@@ -43,13 +45,15 @@ struct WebdatasetExport {
   std::vector<std::string> arrays;  // see chosen_arrays
   std::uint64_t most_bytes = 0;     // of a shard
   PointFrame frame = PointFrame::stored;
+  std::optional<SchemaChoice> schema;  // in place of arrays and frame
 };
 
 // The rows as FOLDER/STEM-000000.tar and so on in a folder that exists, rows with a split in STEM-train-,
-// STEM-test- and STEM-val-: of each KEY.NAME.npy, KEY.cls (the number of its class, where it has one) and
-// KEY.json, KEY being its row number. Shards end before the first model that would exceed the size. Each file
-// appears as a whole; those of an earlier export that are not written again are removed in the end. Says on
-// standard output what was written. False when `stop` was set on the way. Memory: one row.
+// STEM-test- and STEM-val-: of each KEY.NAME.npy, or the files of a schema as KEY.NAME.npz (schema_members),
+// KEY.cls (the number of its class, where it has one) and KEY.json, KEY being its row number. Shards end
+// before the first model that would exceed the size. Each file appears as a whole; those of an earlier export
+// that are not written again are removed in the end. Says on standard output what was written. False when
+// `stop` was set on the way. Memory: one row.
 bool export_webdataset(const StoreReader& store, const std::vector<std::uint64_t>& rows,
                        const WebdatasetExport& wanted, const std::atomic<bool>& stop);
 // Whether a file may be a shard of an export with this stem.

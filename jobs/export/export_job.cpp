@@ -230,27 +230,52 @@ int export_points(const StoreReader& store, const std::vector<std::uint64_t>& ro
   return exit_done;
 }
 
+// A schema, and the rows that it has anything of.
+struct SchemaRows {
+  SchemaChoice schema;
+  std::vector<std::uint64_t> rows;
+  std::uint64_t left_out = 0, dropped = 0;  // models, and points of the others
+
+  void say_left_out() const {
+    if (dropped > 0) fmt::print("{} points without a certain side were left out\n", dropped);
+    if (left_out > 0)
+      fmt::print("{} {} left out: no point has a certain side (--uncertain keep)\n", left_out,
+                 left_out == 1 ? "model was" : "models were");
+  }
+};
+
+SchemaRows schema_rows(const StoreReader& store, const std::vector<std::uint64_t>& rows,
+                       const ArrayExport& options) {
+  SchemaRows chosen;
+  chosen.schema = {value_of(schema_words, options.schema), value_of(uncertain_words, options.uncertain)};
+  require_schema(store, chosen.schema.kind);
+  const std::uint32_t queries = store.columns().points_of(PointSet::queries, 0);
+  for (const std::uint64_t row : rows) {
+    const ItemReport report = store.report(row);
+    if (!has_sides(report, queries, chosen.schema.uncertain)) {
+      ++chosen.left_out;
+      continue;
+    }
+    chosen.rows.push_back(row);
+    chosen.dropped += chosen.schema.uncertain == UncertainChoice::drop ? report.uncertain : 0;
+  }
+  return chosen;
+}
+
+// In place of the names of arrays.
+std::vector<std::string> schema_parameters(const ArrayExport& options) {
+  return {"schema " + options.schema, options.uncertain};
+}
+
 // The files of a schema for every row, in a folder.
 int export_schema(const StoreReader& store, const std::vector<std::uint64_t>& rows,
                   const ExportOptions& options, OutputGuard& guard) {
-  const auto schema = value_of(schema_words, options.arrays.schema);
-  const auto uncertain = value_of(uncertain_words, options.arrays.uncertain);
-  require_schema(store, schema);
+  const SchemaRows chosen = schema_rows(store, rows, options.arrays);
   UnfinishedExport unfinished(
-      options.output,
-      parameters_of(store, options, {"schema " + options.arrays.schema, options.arrays.uncertain}),
-      options.fresh, guard);
-  const std::uint32_t queries = store.columns().points_of(PointSet::queries, 0);
+      options.output, parameters_of(store, options, schema_parameters(options.arrays)), options.fresh, guard);
   std::vector<PlannedFile> files;
-  std::uint64_t left_out = 0, dropped = 0;
-  for (const std::uint64_t row : rows) {
-    const ItemReport report = store.report(row);
-    if (!has_sides(report, queries, uncertain)) {
-      ++left_out;
-      continue;
-    }
-    dropped += uncertain == UncertainChoice::drop ? report.uncertain : 0;
-    const std::vector<std::string> names = schema_files(schema, store.id(row));
+  for (const std::uint64_t row : chosen.rows) {
+    const std::vector<std::string> names = schema_files(chosen.schema.kind, store.id(row));
     for (std::size_t number = 0; number < names.size(); ++number) {
       files.push_back({path_below(options.output, names[number], ""), row, number});
       const FileKind kind = files.back().path.extension() == ".npy" ? FileKind::npy : FileKind::zip;
@@ -265,14 +290,11 @@ int export_schema(const StoreReader& store, const std::vector<std::uint64_t>& ro
           content = store.read_row(file.row);
           row_of_content = file.row;
         }
-        write_schema_file(put, store.columns(), schema, file.number, uncertain, *content, store.id(file.row));
+        write_schema_file(put, store.columns(), chosen.schema, file.number, *content, store.id(file.row));
       }))
     return exit_stopped;
-  fmt::print("{} files of {} models in {}\n", files.size(), rows.size() - left_out, options.output);
-  if (dropped > 0) fmt::print("{} points without a certain side were left out\n", dropped);
-  if (left_out > 0)
-    fmt::print("{} {} left out: no point has a certain side (--uncertain keep)\n", left_out,
-               left_out == 1 ? "model was" : "models were");
+  fmt::print("{} files of {} models in {}\n", files.size(), chosen.rows.size(), options.output);
+  chosen.say_left_out();
   return exit_done;
 }
 
@@ -306,18 +328,33 @@ int export_shards(const StoreReader& store, const ExportOptions& options, Output
 
 int export_arrays(const StoreReader& store, const std::vector<std::uint64_t>& rows,
                   const ExportOptions& options, OutputGuard& guard) {
-  const std::vector<std::string> arrays = chosen_arrays(store, options.arrays);
-  UnfinishedExport unfinished(options.output, parameters_of(store, options, arrays), options.fresh, guard);
-  const WebdatasetExport wanted{fs::path(options.store).stem().string(), options.output, arrays,
-                                parse_bytes(options.arrays.shard_bytes), options.point_frame()};
+  WebdatasetExport wanted{.stem = fs::path(options.store).stem().string(),
+                          .folder = options.output,
+                          .arrays = {},
+                          .most_bytes = parse_bytes(options.arrays.shard_bytes),
+                          .frame = options.point_frame(),
+                          .schema = {}};
+  SchemaRows chosen;
+  if (options.arrays.schema.empty()) {
+    wanted.arrays = chosen_arrays(store, options.arrays);
+    chosen.rows = rows;
+  } else {
+    chosen = schema_rows(store, rows, options.arrays);
+    wanted.schema = chosen.schema;
+  }
+  UnfinishedExport unfinished(
+      options.output,
+      parameters_of(store, options, wanted.schema ? schema_parameters(options.arrays) : wanted.arrays),
+      options.fresh, guard);
   const std::vector<fs::path> earlier = webdataset_files(wanted);
   for (const fs::path& file : earlier) guard.check(file, {FileKind::tar}, "-o", unfinished.existing());
   if (unfinished.begin())
     remove_temporaries(options.output,
                        [&](const std::string& name) { return is_webdataset_file(name, wanted.stem); });
-  if (!export_webdataset(store, rows, wanted, catch_stop_signals()))
+  if (!export_webdataset(store, chosen.rows, wanted, catch_stop_signals()))
     return say_stopped(options, "before all shards were written");
   unfinished.end();
+  chosen.say_left_out();
   return exit_done;
 }
 

@@ -13,7 +13,6 @@
 #include "io/table/npy_header.h"
 #include "jobs/cli/usage_error.h"
 #include "kernels/core/half.h"
-#include "kernels/core/vector3.h"
 #include "kernels/sample/query_points.h"
 
 namespace meander {
@@ -76,29 +75,15 @@ bool is_of_kind(std::string_view group, QueryKind kind) {
   return group.substr(0, group.find('@')) == text_of(query_kind_words, kind);
 }
 
-// Whose coordinates are center + size * those of the schema, in the file.
-struct SchemaPlace {
-  Vector3 center;
-  double size = 1;
-};
-
-SchemaPlace place_of(const ItemReport& report, SchemaFrame frame) {
-  if (frame == SchemaFrame::sphere) return {{report.loc[0], report.loc[1], report.loc[2]}, report.scale};
-  const std::array<double, 6>& box = report.bbox;
-  const double longest = std::max({box[3] - box[0], box[4] - box[1], box[5] - box[2]});
-  return {{box[0] / 2 + box[3] / 2, box[1] / 2 + box[4] / 2, box[2] / 2 + box[5] / 2},
-          frame == SchemaFrame::box ? longest : longest / 2};
-}
-
 // The numbers of an array of one model.
 class ModelArrays {
  public:
-  ModelArrays(const StoreColumns& columns, SchemaKind schema, UncertainChoice uncertain, const Row& row)
+  ModelArrays(const StoreColumns& columns, SchemaChoice schema, const Row& row)
       : columns_(columns),
-        facts_(row_of(schema_facts, schema)),
-        keeps_(uncertain == UncertainChoice::keep),
+        facts_(row_of(schema_facts, schema.kind)),
+        keeps_(schema.uncertain == UncertainChoice::keep),
         row_(row),
-        place_(place_of(row.report, facts_.frame)) {}
+        place_(schema_place(row.report, schema.kind)) {}
 
   std::string npy(const SchemaArray& array) const {
     std::vector<double> values;
@@ -268,6 +253,26 @@ std::vector<std::string> schema_files(SchemaKind schema, const std::string& id) 
   return files;
 }
 
+std::vector<std::string> schema_members(SchemaKind schema) {
+  std::vector<std::string> members;
+  for (const std::string_view name : templates_of(schema)) {
+    std::string member;
+    for (const char c : name.substr(name.find('{') + 1))
+      if (c != '}' && c != '/') member += c;
+    members.push_back(member.substr(member.find_first_not_of("_.")));
+  }
+  return members;
+}
+
+SchemaPlace schema_place(const ItemReport& report, SchemaKind schema) {
+  const SchemaFrame frame = row_of(schema_facts, schema).frame;
+  if (frame == SchemaFrame::sphere) return {{report.loc[0], report.loc[1], report.loc[2]}, report.scale};
+  const std::array<double, 6>& box = report.bbox;
+  const double longest = std::max({box[3] - box[0], box[4] - box[1], box[5] - box[2]});
+  return {{box[0] / 2 + box[3] / 2, box[1] / 2 + box[4] / 2, box[2] / 2 + box[5] / 2},
+          frame == SchemaFrame::box ? longest : longest / 2};
+}
+
 void require_schema(const StoreReader& store, SchemaKind schema) {
   const std::string user = fmt::format("--schema {}", text_of(schema_words, schema));
   for (const SchemaArray& array : arrays_of(schema)) {
@@ -297,13 +302,13 @@ bool has_sides(const ItemReport& report, std::uint32_t queries, UncertainChoice 
   return uncertain == UncertainChoice::keep || report.uncertain < queries;
 }
 
-void write_schema_file(const PutBytes& put, const StoreColumns& columns, SchemaKind schema,
-                       std::size_t number, UncertainChoice uncertain, const Row& row, const std::string& id) {
-  const std::string_view name = templates_of(schema).at(number);
-  const ModelArrays arrays(columns, schema, uncertain, row);
+void write_schema_file(const PutBytes& put, const StoreColumns& columns, SchemaChoice schema,
+                       std::size_t number, const Row& row, const std::string& id) {
+  const std::string_view name = templates_of(schema.kind).at(number);
+  const ModelArrays arrays(columns, schema, row);
   try {
     StoredZipWriter zip(put);
-    for (const SchemaArray& array : arrays_of(schema)) {
+    for (const SchemaArray& array : arrays_of(schema.kind)) {
       if (array.file != name) continue;
       if (array.key.empty()) return put(arrays.npy(array));
       zip.add(std::string(array.key) + ".npy", {arrays.npy(array)});

@@ -10,6 +10,7 @@
 
 #include "io/archive/archive_writers.h"
 #include "io/store/store_reader.h"
+#include "kernels/core/vector3.h"
 #include "kernels/core/words.h"
 
 namespace meander {
@@ -59,6 +60,12 @@ struct SchemaArray {
   SchemaPoints points;
   SchemaType type;
   bool middle_axis = false;  // (N, 1, ...) in place of (N, ...)
+};
+
+// What a store is exported as.
+struct SchemaChoice {
+  SchemaKind kind = SchemaKind::hunyuan;
+  UncertainChoice uncertain = UncertainChoice::drop;
 };
 
 struct SchemaFacts {
@@ -114,6 +121,15 @@ inline constexpr auto schema_arrays = [] {
 // The files of a model, relative to the folder of the export. In a name `{/FOLDER/}` is the id with FOLDER in
 // front of its last part.
 std::vector<std::string> schema_files(SchemaKind schema, const std::string& id);
+// How they end in shards of WebDataset, where a key stands in place of the id and of folders: `surface.npz`.
+std::vector<std::string> schema_members(SchemaKind schema);
+
+// Coordinates of files are center + size * those of a schema.
+struct SchemaPlace {
+  Vector3 center;
+  double size = 1;
+};
+SchemaPlace schema_place(const ItemReport& report, SchemaKind schema);
 
 // Throws UsageError when the store lacks what the schema needs, and says which option makes it.
 void require_schema(const StoreReader& store, SchemaKind schema);
@@ -122,8 +138,8 @@ void require_schema(const StoreReader& store, SchemaKind schema);
 bool has_sides(const ItemReport& report, std::uint32_t queries, UncertainChoice uncertain);
 
 // File `number` of schema_files. Throws RunError(unusable) for 4 GiB and more.
-void write_schema_file(const PutBytes& put, const StoreColumns& columns, SchemaKind schema,
-                       std::size_t number, UncertainChoice uncertain, const Row& row, const std::string& id);
+void write_schema_file(const PutBytes& put, const StoreColumns& columns, SchemaChoice schema,
+                       std::size_t number, const Row& row, const std::string& id);
 
 // The table of docs/TRAINING.md: one line of Markdown for each array.
 std::string schema_markdown();

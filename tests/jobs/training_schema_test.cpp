@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <iostream>
+#include <set>
 
 #include "support/catch.h"
 #include "support/mesh_files.h"
@@ -30,4 +31,14 @@ TEST_CASE("schema_files: names below the folder, whatever the id") {
         std::vector<std::string>{"ShapeNetV2_point/x/y/b.npz", "ShapeNetV2_point/x/y/b.npy",
                                  "ShapeNetV2_watertight/x/y/4_pointcloud/b.npz"});
   CHECK(schema_files(SchemaKind::vecset, "b").back() == "ShapeNetV2_watertight/4_pointcloud/b.npz");
+}
+
+TEST_CASE("schema_members: names behind a key, each once") {
+  CHECK(schema_members(SchemaKind::hunyuan) == std::vector<std::string>{"surface.npz", "sdf.npz"});
+  CHECK(schema_members(SchemaKind::vecset) == std::vector<std::string>{"npz", "npy", "4_pointcloud.npz"});
+  for (const auto& word : schema_words) {
+    const std::vector<std::string> members = schema_members(word.value);
+    CHECK(members.size() == schema_files(word.value, "x").size());
+    CHECK(std::set<std::string>(members.begin(), members.end()).size() == members.size());
+  }
 }

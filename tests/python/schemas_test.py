@@ -4,8 +4,11 @@
     schemas_test.py PROGRAM       exit status 77: numpy is not installed
 """
 import importlib.util
+import io
+import json
 import subprocess
 import sys
+import tarfile
 import tempfile
 import unittest
 from pathlib import Path
@@ -140,6 +143,42 @@ class Schemas(unittest.TestCase):
         kept = len(numpy.load(self.export("shell.h5", "occnet", "--uncertain", "keep") / "sheet.off/points.npz")["points"])
         self.assertEqual(kept, 400)
         self.assertLessEqual(count, kept)
+
+    def test_webdataset_shards_have_the_files_of_the_schema_by_key(self):
+        ends = {"hunyuan": {"surface.npz": "box/cube.off_surface.npz", "sdf.npz": "box/cube.off_sdf.npz"},
+                "occnet": {"points.npz": "box/cube.off/points.npz", "pointcloud.npz": "box/cube.off/pointcloud.npz"},
+                "vecset": {"npz": "ShapeNetV2_point/box/cube.off.npz", "npy": "ShapeNetV2_point/box/cube.off.npy",
+                           "4_pointcloud.npz": "ShapeNetV2_watertight/box/4_pointcloud/cube.off.npz"}}
+        for schema, names in ends.items():
+            single, shards = (self.export("none.h5", schema, "--fresh", "--format", form) for form in ("npz", "webdataset"))
+            self.assertIn("1 models in 1 shards", self.printed)
+            files = sorted(shards.glob("*.tar"))
+            self.assertEqual([file.name for file in files], ["none-000000.tar"])
+            with tarfile.open(files[0]) as tar:
+                held = {member.name.split(".", 1)[1]: tar.extractfile(member).read() for member in tar}
+                self.assertEqual({member.name.split(".", 1)[0] for member in tar}, {"00000000"})
+            self.assertEqual(set(held), set(names) | {"json"})
+            for end, name in names.items():
+                self.assertEqual(held[end], (single / name).read_bytes())
+            facts = json.loads(held["json"])
+            self.assertEqual((facts["id"], facts["frame"], facts["loc"]), ("box/cube.off", schema, [2, 2, 4]))
+            self.assertEqual(facts["scale"], 4 if schema == "occnet" else 2)
+            points = numpy.load(io.BytesIO(held[next(iter(names))]))
+            points = points[{"hunyuan": "random_surface"}.get(schema, "vol_points" if schema == "vecset" else "points")]
+            self.assertLess(abs(points[:, :3].astype(float)).max(), 1.06)
+        with self.assertRaisesRegex(RuntimeError, "--schema"):
+            self.export("none.h5", "hunyuan", "--format", "ply")
+
+    def test_webdataset_shards_leave_out_models_without_a_certain_side(self):
+        (self.folder / "shards").mkdir()
+        (self.folder / "shards/cube.off").write_text(CUBE)
+        (self.folder / "shards/sheet.off").write_text(SHEET)
+        meander("run", self.folder / "shards", "-o", self.folder / "shards.h5", "-n", 64, "--sign", "closed", "--queries", "volume=400@1")
+        for more, keys in (((), {"00000000"}), (("--uncertain", "keep"), {"00000000", "00000001"})):
+            out = self.export("shards.h5", "occnet", "--format", "webdataset", *more)
+            self.assertEqual("1 model was left out" in self.printed, not more)
+            with tarfile.open(out / "shards-000000.tar") as tar:
+                self.assertEqual({member.name.split(".", 1)[0] for member in tar}, keys)
 
     def test_what_a_store_lacks_is_named(self):
         for store, schema, why in (("sphere.h5", "hunyuan", "--sharp"), ("sphere.h5", "dora", "--sharp")):
