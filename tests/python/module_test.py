@@ -750,11 +750,39 @@ class Stores(WithMeshes):
         with self.assertRaisesRegex(ValueError, "has no ok row in the split 'validation'|has no ok row in the split 'val'"):
             meander.StoreDataset(store, split="val")
 
+    def test_points_of_sets_have_numbers_of_their_own(self):
+        store = self.a_collection("--sharp", "40", "--queries", "near=300@.01 volume=100@1")
+        with meander.open_store(store) as s:
+            self.assertEqual(s.sizes, {"samples": 128, "sharp": 40, "queries": 400})
+            row = s["chair/train/a.ply"]
+            self.assertEqual(s.column("queries/points", points=300).shape, (4, 300, 3))
+            self.assertEqual(s.column("sharp_edge", "train", 40).shape, (3, 40))
+            with self.assertRaisesRegex(ValueError, "points is 41: 1 to the 40 of a row of .* in /sharp"):
+                s.column("sharp/points", points=41)
+            with self.assertRaisesRegex(ValueError, "1 to the 128"):
+                s.column("points", points=300)
+        columns = ("points", "sharp/points", "queries/distance", "label", "descriptors/d2")
+        item = meander.StoreDataset(store, columns, points={"samples": 16, "queries": 250})[1]
+        self.assertEqual([len(value) for value in item[:3]], [16, 40, 250])
+        self.assertTrue((item[2] == row["queries_distance"][:250]).all())
+        self.assertEqual([len(value) for value in meander.StoreDataset(store, columns, points=30)[1][:3]], [30, 30, 30])
+        self.assertEqual(meander.StoreDataset(store, "queries/points", points=399)[1].shape, (399, 3))
+        lone = meander.StoreDataset(store, columns[1:4], points={"sharp": 7})
+        with multiprocessing.get_context("spawn").Pool(1) as pool:
+            self.assertEqual([len(value) for value in pool.map(lone.__getitem__, [2])[0][:2]], [7, 400])
+        for points, why in ((41, "1 to the 40"), ({"queries": 401}, "1 to the 400 .* in /queries"), ({"edges": 4}, "'edges': samples")):
+            with self.assertRaisesRegex(ValueError, why):
+                meander.StoreDataset(store, columns, points=points)
+
     def test_prefixes_along_a_curve_are_refused(self):
         store = self.a_collection("--order", "curve")
         self.assertEqual(meander.StoreDataset(store, "points", points=128)[0].shape, (128, 3))
         with self.assertRaisesRegex(ValueError, "--order curve"):
             meander.StoreDataset(store, "points", points=64)
+        store = self.a_collection("--order", "curve", "--sharp", "40", "--queries", "volume=100@1", "--fresh")
+        with self.assertRaisesRegex(ValueError, "--order curve"):
+            meander.StoreDataset(store, "sharp/points", points=20)
+        self.assertEqual(len(meander.StoreDataset(store, "queries/points", points=50)[0]), 50)
 
     def test_classes_are_read_with_their_names(self):
         folder = self.path / "parts"

@@ -52,6 +52,13 @@ def _datasets(file):
     return found
 
 
+def _set_of(dataset):
+    """Which points of a row a dataset has values of: "samples", "sharp" or "queries"; None for descriptors."""
+    if dataset.startswith("descriptors/"):
+        return None
+    return next((column["set"] for column in _core.columns() if dataset in (column["dataset"], column["former"])), "samples")
+
+
 class Store:
     """A store: its rows as numpy arrays. Use it in a `with` statement, or close it.
 
@@ -60,6 +67,7 @@ class Store:
 
     ids: M names, paths below the input folder, ascending. status: M words, "ok" for rows with points.
     ok: the numbers of the rows with points, ascending. samples: points a row.
+    sizes: a dict by set of points, "samples" and, as far as there are such, "sharp" and "queries": points a row.
     labels: (M,) int32 numbers of classes, -1 where unknown; class_names: the name of class 0, 1, ...
     splits: M words, "train", "test", "validation" or "none".
     columns: the names of the columns of samples that are stored, for `column` and StoreDataset.
@@ -83,6 +91,7 @@ class Store:
         self.labels = self.file["label"][:, 0]
         self.class_names = [str(name) for name in self.file["label"].attrs.get("names", ())]
         self.samples = int(self.file.attrs["samples"])
+        self.sizes = {name: int(self.file.attrs[name]) for name in ("samples", "sharp", "queries") if name in self.file.attrs}
         self._datasets = _datasets(self.file)
         self.columns = [name for name, dataset in self._datasets.items() if name == dataset]
         self.attributes = list(self.file["attributes"]) if "attributes" in self.file else []
@@ -200,24 +209,28 @@ class Store:
     def column(self, name, split=None, points=None):
         """(rows, n, ...) of a column of samples, or (rows, values) of a descriptor, of the ok rows (of a split).
 
-        name: one of `columns`, "points", "rgb", "attributes/NAME", "descriptors/NAME" ... points: the first so many of each
-        row, 1 to n; None for all. Memory: the array.
+        name: one of `columns`, "points", "rgb", "attributes/NAME", "descriptors/NAME", "queries/distance" ... points: the
+        first so many of each row, 1 to as many as a row has of that column: of "sharp/..." and "queries/..." `sizes`, of others
+        n; None for all. Memory: the array.
         """
-        dataset, rows = self.file[self.dataset_of(name)], self.rows(split)
-        whole = len(rows) == len(self)  # HDF5 is slow with lists of rows
-        if points is None or name.startswith("descriptors/"):
+        path, rows = self.dataset_of(name), self.rows(split)
+        dataset, whole = self.file[path], len(rows) == len(self)  # HDF5 is slow with lists of rows
+        if points is None or _set_of(path) is None:
             return dataset[:] if whole else dataset[rows]
-        points = self.check_points(points)
+        points = self.check_points(points, _set_of(path))
         return dataset[:, :points] if whole else dataset[rows, :points]
 
-    def check_points(self, points):
-        """`points` as a number of points to take from the beginning of each row. ValueError for one that rows do not have,
-        and for a store of `run --order curve`, where they are a part of the surface."""
+    def check_points(self, points, of="samples"):
+        """`points` as a number of points to take from the beginning of each row of a set of points (of `sizes`). ValueError for
+        one that rows do not have, and for a store of `run --order curve`, where they are a part of the surface or of its edges."""
         points = operator.index(points)
-        if not 1 <= points <= self.samples:
-            raise ValueError("points is %d: 1 to the %d of a row of `%s`" % (points, self.samples, self.path))
-        order = self.file["points"].attrs.get("order", "progressive")
-        if points < self.samples and (order.decode() if isinstance(order, bytes) else order) != "progressive":
+        if of not in self.sizes:
+            raise ValueError("`%s` has no points of %r: %s" % (self.path, of, ", ".join(self.sizes)))
+        if not 1 <= points <= self.sizes[of]:
+            raise ValueError("points is %d: 1 to the %d of a row of `%s`%s" % (
+                points, self.sizes[of], self.path, "" if of == "samples" else " in /" + of))
+        order = self.file["points"].attrs.get("order", "progressive") if of != "queries" else "progressive"
+        if points < self.sizes[of] and (order.decode() if isinstance(order, bytes) else order) != "progressive":
             raise ValueError("the first %d points of a row of `%s` lie in one part of the surface, for it was made with "
                              "--order curve" % (points, self.path))
         return points
@@ -274,7 +287,9 @@ class StoreDataset(_Dataset):
         items are that value and no tuples.
     transform: called with the values of an item as arguments, transform(points, normals, label); what it returns is the item.
     points: the first so many points of each row, 1 to n; None for all. Every prefix is a good sample, so that 256 of 4,096
-        points take no farthest point sampling.
+        points take no farthest point sampling. A number holds for all columns, so that with columns of `queries` it is one of
+        queries; a dict by set, {"samples": 256, "sharp": 128, "queries": 4096}, gives each its own, and all of those that it
+        does not name.
     split: "train", "test" or "validation" ("val"); None for all.
 
     rows: the numbers of the rows. labels, class_names: as Store, `labels` of the rows of this data set.
@@ -289,7 +304,7 @@ class StoreDataset(_Dataset):
         self.columns = columns if isinstance(columns, str) else tuple(columns)
         self.transform = transform
         with Store(self.path) as opened:
-            self.points = None if points is None else opened.check_points(points)
+            self.points = points
             self.rows = opened.rows(split)
             if split is not None and len(self.rows) == 0:
                 raise ValueError("`%s` has no ok row in the split %r: splits come from the folders (--layout) or from files "
@@ -297,6 +312,7 @@ class StoreDataset(_Dataset):
             self.labels = opened.labels[self.rows]
             self.class_names = opened.class_names
             self._plan = [self._source(opened, name) for name in self._names()]
+            self._counts = self._checked_counts(opened)
         self._file = None
         self._owner = None  # the process that opened it
 
@@ -319,6 +335,17 @@ class StoreDataset(_Dataset):
         except KeyError as error:
             raise ValueError("%s, and %s" % (error.args[0], ", ".join(_ITEM_COLUMNS))) from None
 
+    def _checked_counts(self, store):
+        """For each column how many points of a row it takes; None: all, or not a column of points."""
+        sets = [None if dataset is None else _set_of(dataset) for dataset, _ in self._plan]
+        if self.points is None:
+            return [None] * len(sets)
+        if isinstance(self.points, dict):
+            checked = {name: store.check_points(count, name) for name, count in self.points.items()}
+        else:
+            checked = {name: store.check_points(self.points, name) for name in set(filter(None, sets)) or {"samples"}}
+        return [checked.get(name) for name in sets]
+
     def __len__(self):
         return len(self.rows)
 
@@ -326,8 +353,8 @@ class StoreDataset(_Dataset):
         file = self._open()
         row = self.rows[index]  # IndexError ends a loop over a sequence
         item = tuple(values[index] if dataset is None else
-                     file[dataset][row] if self.points is None or dataset.startswith("descriptors/") else
-                     file[dataset][row, : self.points] for dataset, values in self._plan)
+                     file[dataset][row] if count is None else file[dataset][row, :count]
+                     for (dataset, values), count in zip(self._plan, self._counts))
         if self.transform is not None:
             return self.transform(*item)
         return item[0] if isinstance(self.columns, str) else item
