@@ -91,6 +91,12 @@ std::vector<std::string> validate(const SampleParameters& p) {
     problems.push_back(
         "float16 does not hold coordinates of files: choose a frame for points of queries in float16 "
         "(normalize), or float32");
+  if (const std::string& name = p.sharp.attribute;
+      !name.empty() &&
+      std::none_of(p.attributes.begin(), p.attributes.end(),
+                   [&](const AttributeColumn& column) { return column.name == name && column.width == 1; }))
+    problems.push_back("sharp edges between faces that differ in `" + name +
+                       "` need this attribute of faces, one number each: store it (attribute)");
   if (p.finish == FinishKind::relax) {
     const std::string relaxing = "the finish `relax` ";
     if (method.follows_tensor)

@@ -264,6 +264,25 @@ void add_sharp_settings(SampleSettings& list) {
       .in_python("sharp_borders")
       .only_recorded([](const P& p) { return p.sharp.borders; })
       .acting(has_sharp_edges, edges);
+  list.flag(
+          "sharp_corners", "--sharp-corners", [](auto& p) -> auto& { return p.sharp.corners; },
+          "The first points of --sharp are the corners of its edges: where other than two meet, or where "
+          "two turn by --sharp-angle")
+      .in_python("sharp_corners")
+      .only_recorded([](const P& p) { return p.sharp.corners; })
+      .acting(has_sharp, only);
+  list.text(
+          "sharp_attribute", "--sharp-attribute", [](const P& p) { return p.sharp.attribute; },
+          [](P& p, std::string_view text) {
+            p.sharp.attribute = text;
+            return std::string();
+          },
+          "Edges between faces that differ in this attribute, as material or part, are sharp, too; one of "
+          "those that --attribute names")
+      .in_python("sharp_attribute")
+      .without_default()
+      .only_recorded([](const P& p) { return !p.sharp.attribute.empty(); })
+      .acting(has_sharp_edges, edges);
   list.word(
           "sharp_fill", "--sharp-fill", [](auto& p) -> auto& { return p.sharp.fill; }, sharp_fill_words,
           "What stands in where a model has no sharp edge: its samples, or NaN")

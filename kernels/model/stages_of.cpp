@@ -446,7 +446,7 @@ ModelStages sharpening(const SampleParameters& p) {
     stages.push_back({"sharp_edges",
                       [sharp = p.sharp](Model& model) {
                         model.cancel.check();
-                        model.sharp_edges = sharp_edges_of(model.surface, sharp);
+                        model.sharp_edges = sharp_edges_of(model.file, model.surface, sharp);
                       },
                       sharpening_bytes});
   if (p.sharp.samples > 0)

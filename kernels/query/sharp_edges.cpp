@@ -103,11 +103,29 @@ Directions directions_at(const PreparedMesh& mesh, std::span<const EdgeSide> sid
   return found;
 }
 
+// Of the polygons of triangles.
+class Classes {
+ public:
+  Classes(const PreparedMesh& mesh, std::span<const double> of_polygon)
+      : mesh_(mesh), of_polygon_(of_polygon) {}
+
+  bool differ(std::uint32_t triangle, std::uint32_t other) const {
+    if (of_polygon_.empty()) return false;
+    const double a = of_polygon_[mesh_.polygon[triangle]], b = of_polygon_[mesh_.polygon[other]];
+    return !(a == b || (std::isnan(a) && std::isnan(b)));
+  }
+
+ private:
+  const PreparedMesh& mesh_;
+  std::span<const double> of_polygon_;
+};
+
 std::vector<FoundEdge> sharp_edges_of(const PreparedMesh& mesh, std::span<const std::uint32_t> first,
                                       const SharpEdgeParameters& parameters) {
   // Between the directions of two triangles in a plane the angle is 180 degrees.
   const double limit = -direction_of(parameters.angle * std::numbers::pi / 180).cosine;
   const std::vector<EdgeSide> sides = edge_sides(mesh, first);
+  const Classes classes(mesh, parameters.classes);
   std::vector<FoundEdge> found;
   for (std::size_t begin = 0, end = 0; begin < sides.size(); begin = end) {
     while (end < sides.size() && sides[end].low == sides[begin].low && sides[end].high == sides[begin].high)
@@ -123,7 +141,10 @@ std::vector<FoundEdge> sharp_edges_of(const PreparedMesh& mesh, std::span<const 
           sharpest = cosine;
           edge.triangle = {directions.triangle[i], directions.triangle[j]};
         }
-    if (directions.count > 2 || (directions.count == 2 && sharpest >= limit)) found.push_back(edge);
+    if (directions.count > 2 ||
+        (directions.count == 2 &&
+         (sharpest >= limit || classes.differ(directions.triangle[0], directions.triangle[1]))))
+      found.push_back(edge);
   }
   return found;
 }
@@ -230,12 +251,47 @@ SharpEdges find_sharp_edges(const PreparedMesh& mesh, const SharpEdgeParameters&
     throw std::invalid_argument("find_sharp_edges: the angle is above 0 and below 180 degrees");
   if (!(parameters.tolerance >= 0 && parameters.tolerance <= 0.01))
     throw std::invalid_argument("find_sharp_edges: the tolerance is 0 to 0.01");
+  for (const std::uint32_t polygon : mesh.polygon)
+    if (!parameters.classes.empty() && polygon >= parameters.classes.size())
+      throw std::invalid_argument("find_sharp_edges: a class for each polygon, or none");
   const std::vector<std::uint32_t> first =
       welded_corners(mesh, parameters.tolerance * mesh.diagonal / mesh.unit);
   const std::vector<FoundEdge> found = sharp_edges_of(mesh, first, parameters);
   SharpEdges out;
   Walk(mesh, found, out).walk_all();
   return out;
+}
+
+std::vector<EdgeEnd> sharp_corners(const PreparedMesh& mesh, const SharpEdges& edges, double angle) {
+  const double limit = -direction_of(angle * std::numbers::pi / 180).cosine;
+  struct End {
+    std::uint32_t vertex, edge;
+    bool is_start;
+  };
+  std::vector<End> ends;
+  ends.reserve(2 * edges.count());
+  for (std::uint32_t e = 0; e < edges.count(); ++e) {
+    ends.push_back({edges.start[e], e, true});
+    ends.push_back({edges.end[e], e, false});
+  }
+  std::sort(ends.begin(), ends.end(), [](const End& a, const End& b) {
+    return a.vertex != b.vertex ? a.vertex < b.vertex : a.edge < b.edge;
+  });
+  const auto away = [&](const End& end) {
+    const Vector3 along = mesh.position(edges.end[end.edge]) - mesh.position(edges.start[end.edge]);
+    return ((end.is_start ? 1 : -1) / norm(along)) * along;
+  };
+  std::vector<KeyIndex> keys, scratch;
+  for (std::uint32_t begin = 0, end = 0; begin < ends.size(); begin = end) {
+    while (end < ends.size() && ends[end].vertex == ends[begin].vertex) ++end;
+    if (end - begin != 2 || dot(away(ends[begin]), away(ends[begin + 1])) >= limit)
+      keys.push_back({hilbert_key_3d(mesh.position(ends[begin].vertex)), begin});
+  }
+  radix_sort(keys, scratch);
+  std::vector<EdgeEnd> corners;
+  corners.reserve(keys.size());
+  for (const KeyIndex& key : keys) corners.push_back({ends[key.index].edge, ends[key.index].is_start});
+  return corners;
 }
 
 EdgePoints points_on_edges(const PreparedMesh& mesh, const SharpEdges& edges,

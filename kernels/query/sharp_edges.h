@@ -15,6 +15,9 @@ struct SharpEdgeParameters {
   bool borders = false;     // edges at which the surface ends are sharp, too
   double tolerance = 1e-6;  // corners as close as that, over the diagonal of the box, are one; 0 to 0.01, 0:
                             // those at equal positions
+  // A class of each polygon, or empty. Where polygons of two classes meet the edge is sharp, whatever its
+  // angle; NaN is a class.
+  std::span<const double> classes = {};
 };
 
 // E edges, one behind the other along C curves.
@@ -39,6 +42,17 @@ struct SharpEdges {
 // curve passes corners, every edge is in one curve, and there are as few curves as edges allow, but for those
 // that meet themselves. Deterministic. Throws std::invalid_argument for other parameters. O(T log T).
 SharpEdges find_sharp_edges(const PreparedMesh& mesh, const SharpEdgeParameters& parameters = {});
+
+// An end of a sharp edge.
+struct EdgeEnd {
+  std::uint32_t edge;
+  bool is_start;
+};
+
+// The corners of sharp edges: where other than two of them meet, or where two turn by at least `angle`
+// degrees, above 0. Each by the end of one of its edges, the first; along the 3-D Hilbert curve. O(E log E),
+// in less memory than finding the edges took.
+std::vector<EdgeEnd> sharp_corners(const PreparedMesh& mesh, const SharpEdges& edges, double angle);
 
 // Upper bound of the bytes that it takes beside the mesh: sides of edges, and what is found, which grow.
 constexpr double sharp_edges_bytes(double triangles) {

@@ -26,26 +26,21 @@ Vector3 unit_vector(Vector3 v) {
   return length > 0 ? (1 / length) * v : Vector3{};
 }
 
-// Mean of the normals at an edge along `along`. Both faces look to one side of the surface where their
-// insides, seen along the edge, lie on different sides of it: otherwise one of them is wound the other way.
-Vector3 edge_normal(const PreparedMesh& mesh, const SharpEdges& edges, std::size_t e, Vector3 along) {
-  const std::uint32_t first = edges.triangle[2 * e], second = edges.triangle[2 * e + 1];
-  const Vector3 of_first = triangle_normal(mesh, first);
-  if (second == no_index) return of_first;
-  Vector3 of_second = triangle_normal(mesh, second);
-  const Vector3 start = mesh.position(edges.start[e]);
-  const auto side = [&](std::uint32_t t, Vector3 normal) {
-    return dot(cross(along, mesh.centroid(t) - start), normal) > 0;
-  };
-  if (side(first, of_first) == side(second, of_second)) of_second = -1 * of_second;
-  const Vector3 sum = of_first + of_second;
-  constexpr double folded = 1e-6;  // the faces lie on each other
-  return norm(sum) > folded ? unit_vector(sum) : of_first;
+Vector3 along_edge(const PreparedMesh& mesh, const SharpEdges& edges, std::size_t e) {
+  return unit_vector(mesh.position(edges.end[e]) - mesh.position(edges.start[e]));
 }
 
 void append_vector(std::vector<float>& values, Vector3 v) {
   // Without negative zeros.
   for (const double x : {v.x, v.y, v.z}) values.push_back(static_cast<float>(x) + 0.0f);
+}
+
+// Ranks along the curve in the order of the file.
+std::vector<std::uint32_t> ranks_in_order(std::uint32_t count, OrderKind order, RandomKey key) {
+  if (order == OrderKind::progressive && count > 0) return progressive_order(count, key);
+  std::vector<std::uint32_t> ranks(count);
+  std::iota(ranks.begin(), ranks.end(), 0u);
+  return ranks;
 }
 
 void fill_without_edges(const PreparedMesh& mesh, const SharpParameters& parameters, Samples& samples) {
@@ -70,11 +65,34 @@ void fill_without_edges(const PreparedMesh& mesh, const SharpParameters& paramet
 
 }  // namespace
 
-SharpEdges sharp_edges_of(const PreparedMesh& mesh, const SharpParameters& parameters) {
+SharpEdges sharp_edges_of(const PolygonMesh& file, const PreparedMesh& mesh,
+                          const SharpParameters& parameters) {
   SharpEdgeParameters wanted;
+  if (!parameters.attribute.empty())
+    for (const auto* const list : {&file.face_attributes, &file.asked_face_attributes})
+      for (const ScalarAttribute& attribute : *list)
+        if (wanted.classes.empty() && attribute.name == parameters.attribute)
+          wanted.classes = attribute.values;
   wanted.angle = parameters.angle;
   wanted.borders = parameters.borders;
   return find_sharp_edges(mesh, wanted);
+}
+
+Vector3 edge_normal(const PreparedMesh& mesh, const SharpEdges& edges, std::size_t e) {
+  const std::uint32_t first = edges.triangle[2 * e], second = edges.triangle[2 * e + 1];
+  const Vector3 of_first = triangle_normal(mesh, first);
+  if (second == no_index) return of_first;
+  Vector3 of_second = triangle_normal(mesh, second);
+  const Vector3 start = mesh.position(edges.start[e]), along = along_edge(mesh, edges, e);
+  // Both faces look to one side of the surface where their insides, seen along the edge, lie on different
+  // sides of it: otherwise one of them is wound the other way.
+  const auto side = [&](std::uint32_t t, Vector3 normal) {
+    return dot(cross(along, mesh.centroid(t) - start), normal) > 0;
+  };
+  if (side(first, of_first) == side(second, of_second)) of_second = -1 * of_second;
+  const Vector3 sum = of_first + of_second;
+  constexpr double folded = 1e-6;  // the faces lie on each other
+  return norm(sum) > folded ? unit_vector(sum) : of_first;
 }
 
 void add_sharp_samples(const PreparedMesh& mesh, const SharpEdges& edges, const SharpParameters& parameters,
@@ -94,24 +112,32 @@ void add_sharp_samples(const PreparedMesh& mesh, const SharpEdges& edges, const 
   }
   row.report.sharp_edges = static_cast<std::uint32_t>(edges.count());
   const RandomKey own = sharp_key(key);
-  const std::vector<double> shares = sample_sequence(SequenceKind::shifted, count, jitter, own);
-  const EdgePoints at = points_on_edges(mesh, edges, shares);
-  cancel.check();
-  std::vector<std::uint32_t> rank_of(count);
-  if (order == OrderKind::progressive)
-    rank_of = progressive_order(count, own);
-  else
-    std::iota(rank_of.begin(), rank_of.end(), 0u);
   std::vector<double> points;
   points.reserve(3 * std::size_t{count});
   samples.sharp_edge.reserve(count);
-  for (const std::uint32_t rank : rank_of) {
-    const std::uint32_t e = at.edge[rank];
-    for (std::size_t k = 0; k < 3; ++k) points.push_back(at.point[3 * std::size_t{rank} + k]);
-    const Vector3 along = unit_vector(mesh.position(edges.end[e]) - mesh.position(edges.start[e]));
-    append_vector(samples.sharp_normals, edge_normal(mesh, edges, e, along));
-    append_vector(samples.sharp_tangents, along);
+  const auto append = [&](Vector3 point, std::uint32_t e) {
+    points.insert(points.end(), {point.x, point.y, point.z});
+    append_vector(samples.sharp_normals, edge_normal(mesh, edges, e));
+    append_vector(samples.sharp_tangents, along_edge(mesh, edges, e));
     samples.sharp_edge.push_back(e);
+  };
+  std::uint32_t at_corners = 0;
+  if (parameters.corners) {
+    const std::vector<EdgeEnd> corners = sharp_corners(mesh, edges, parameters.angle);
+    at_corners = static_cast<std::uint32_t>(std::min<std::size_t>(count, corners.size()));
+    for (const std::uint32_t rank : ranks_in_order(at_corners, order, own)) {
+      const EdgeEnd& corner = corners[corners.size() * rank / at_corners];
+      append(mesh.position((corner.is_start ? edges.start : edges.end)[corner.edge]), corner.edge);
+    }
+    cancel.check();
+  }
+  const std::uint32_t others = count - at_corners;
+  const std::vector<double> shares = sample_sequence(SequenceKind::shifted, others, jitter, own);
+  const EdgePoints at = points_on_edges(mesh, edges, shares);
+  cancel.check();
+  for (const std::uint32_t rank : ranks_in_order(others, order, own)) {
+    const double* const point = &at.point[3 * std::size_t{rank}];
+    append({point[0], point[1], point[2]}, at.edge[rank]);
   }
   const ItemReport& report = row.report;
   samples.sharp_points =

@@ -177,6 +177,35 @@ TEST_CASE("run --sharp: a store is continued only with the same edges, and expor
   CHECK(merged.exit_code == 2);
 }
 
+TEST_CASE("run --sharp-corners and --sharp-attribute: corners come first, borders of materials are edges") {
+  const ScratchFolder scratch;
+  fs::create_directories(scratch / "in");
+  write_file(scratch / "in/sheet.obj",
+             "v 0 0 0\nv 1 0 0\nv 2 0 0\nv 0 1 0\nv 1 1 0\nv 2 1 0\n"
+             "usemtl red\nf 1 2 5 4\nusemtl blue\nf 2 3 6 5\n");
+  const Words words = {"-n", "16", "--attribute", "material", "--sharp", "10"};
+  const Words borders = joined(words, {"--sharp-attribute", "material"});
+  REQUIRE(run_sets(scratch / "in", scratch / "plain.h5", words).exit_code == 0);
+  CHECK(row_of(scratch / "plain.h5", "sheet.obj").report.sharp_edges == 0);
+  REQUIRE(run_sets(scratch / "in", scratch / "s.h5", borders).exit_code == 0);
+  require_verified(scratch / "s.h5");
+  const Row row = row_of(scratch / "s.h5", "sheet.obj");
+  CHECK(row.report.sharp_edges == 1);
+  for (std::size_t i = 0; i < 10; ++i) CHECK(row.samples.sharp_points[3 * i] == 1);
+  REQUIRE(run_sets(scratch / "in", scratch / "c.h5", joined(borders, {"--sharp-corners"})).exit_code == 0);
+  require_verified(scratch / "c.h5");
+  const Row corners = row_of(scratch / "c.h5", "sheet.obj");
+  CHECK(corners.samples.sharp_points[1] + corners.samples.sharp_points[4] == 1);
+  CHECK(std::abs(corners.samples.sharp_points[1] - corners.samples.sharp_points[4]) == 1);
+  const ProcessResult other = run_sets(scratch / "in", scratch / "s.h5", words);
+  CHECK(other.exit_code == 2);
+  CHECK_THAT(other.err, ContainsSubstring("sharp_attribute"));
+  const ProcessResult unnamed =
+      run_sets(scratch / "in", scratch / "x.h5", {"-n", "16", "--sharp", "10", "--sharp-attribute", "part"});
+  CHECK(unnamed.exit_code == 2);
+  CHECK_THAT(unnamed.err, ContainsSubstring("`part`"));
+}
+
 TEST_CASE("run --queries: signed distances of every model, their rules counted, and read back") {
   const ScratchFolder scratch;
   put_models(scratch / "in");

@@ -202,3 +202,42 @@ TEST_CASE("find_sharp_edges: real models, the same of their soups") {
     CHECK(edges.length() == Approx(of_soup.length()));
   }
 }
+
+TEST_CASE("find_sharp_edges: flat edges between two classes are sharp, those of doubled faces are not") {
+  const PolygonMesh file = grid_plane(4, 4);
+  const PreparedMesh sheet = prepare_mesh(file);
+  std::vector<double> classes;
+  for (std::size_t p = 0; p < file.polygon_count(); ++p) classes.push_back(p < 16 ? 1 : std::nan(""));
+  const SharpEdges between = find_sharp_edges(sheet, {.classes = classes});
+  CHECK(between.count() == 4);
+  CHECK(curves(between) == 1);
+  CHECK(between.length() * sheet.unit == Approx(1));
+  check_curves(sheet, between);
+  for (std::size_t e = 0; e < 4; ++e)
+    CHECK(std::abs(sheet.position(between.start[e]).y - sheet.position(between.end[e]).y) < 1e-12);
+  CHECK(find_sharp_edges(sheet, {.classes = std::vector<double>(32, 7)}).count() == 0);
+  std::vector<double> doubled(32, 7);
+  doubled.resize(64, 8);
+  CHECK(find_sharp_edges(prepare_mesh(merged(file, file)), {.classes = doubled}).count() == 0);
+  CHECK_THROWS_AS(find_sharp_edges(sheet, {.classes = std::vector<double>(31, 7)}), std::invalid_argument);
+}
+
+TEST_CASE("sharp_corners: where other than two edges meet, or where two turn") {
+  const auto corners = [](const PolygonMesh& mesh, double angle, bool borders = false) {
+    const PreparedMesh prepared = prepare_mesh(mesh);
+    const SharpEdges edges = find_sharp_edges(prepared, {.borders = borders});
+    std::set<std::uint32_t> at;
+    for (const EdgeEnd& end : sharp_corners(prepared, edges, angle))
+      CHECK(at.insert((end.is_start ? edges.start : edges.end)[end.edge]).second);
+    return at.size();
+  };
+  CHECK(corners(cube(), 30) == 8);
+  CHECK(corners(merged(cube(), inside_out(cube())), 30) == 8);
+  CHECK(corners(exploded(cube(), 1e-7), 30) == 8);
+  // Rims of a prism turn by 9 degrees at each of 40 corners.
+  CHECK(corners(prism(40), 30) == 0);
+  CHECK(corners(prism(40), 8.9) == 80);
+  CHECK(corners(grid_plane(5, 5), 30, true) == 4);
+  CHECK(corners(grid_plane(5, 5), 91, true) == 0);
+  CHECK(corners(icosphere(2), 30) == 0);
+}

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <map>
 #include <numbers>
+#include <set>
 
 #include "kernels/mesh/prepare_mesh.h"
 #include "support/catch.h"
@@ -35,7 +36,7 @@ Row with_sharp_samples(const PolygonMesh& file, const SharpParameters& parameter
                        OrderKind order = OrderKind::progressive, std::uint64_t seed = 1) {
   const PreparedMesh mesh = prepare_mesh(file);
   Row row = placed_row(mesh, 10);
-  add_sharp_samples(mesh, sharp_edges_of(mesh, parameters), parameters, order, 0.25,
+  add_sharp_samples(mesh, sharp_edges_of(file, mesh, parameters), parameters, order, 0.25,
                     make_random_key(seed, {}), {}, row);
   return row;
 }
@@ -132,4 +133,55 @@ TEST_CASE("add_sharp_samples: borders count where they are asked for, the angle 
             second = with_sharp_samples(cube(), parameters, OrderKind::progressive, 2);
   CHECK(first.samples.sharp_points != second.samples.sharp_points);
   CHECK(first.samples.sharp_points == with_sharp_samples(cube(), parameters).samples.sharp_points);
+}
+
+TEST_CASE("add_sharp_samples: corners come first by option, and others are spread as before") {
+  SharpParameters parameters;
+  parameters.corners = true;
+  const auto is_corner = [](const Row& row, std::size_t i) {
+    const auto at = place_of(row, i);
+    return std::all_of(at.begin(), at.end(), [](double x) { return std::abs(std::abs(x) - 1) < 1e-6; });
+  };
+  for (const OrderKind order : {OrderKind::progressive, OrderKind::curve}) {
+    parameters.samples = 104;
+    const Row row = with_sharp_samples(cube(), parameters, order);
+    REQUIRE(row.samples.sharp_points.size() == 312);
+    std::set<std::array<double, 3>> corners;
+    std::map<std::uint32_t, double> on_edge;
+    for (std::size_t i = 0; i < 104; ++i) {
+      CHECK(is_corner(row, i) == (i < 8));
+      if (i < 8) corners.insert(vector_at(row.samples.sharp_points, i));
+      if (i >= 8) ++on_edge[row.samples.sharp_edge[i]];
+      const auto normal = vector_at(row.samples.sharp_normals, i);
+      CHECK(std::hypot(normal[0], normal[1], normal[2]) == Approx(1).margin(1e-6));
+    }
+    CHECK(corners.size() == 8);
+    for (std::uint32_t e = 0; e < 12; ++e) CHECK(std::abs(on_edge[e] - 8) < 1.5);
+    CHECK(with_sharp_samples(cube(), parameters, order).samples.sharp_points == row.samples.sharp_points);
+  }
+  // Fewer points than corners: each another one.
+  parameters.samples = 5;
+  const Row few = with_sharp_samples(cube(), parameters);
+  std::set<std::array<double, 3>> corners;
+  for (std::size_t i = 0; i < 5; ++i) {
+    CHECK(is_corner(few, i));
+    corners.insert(vector_at(few.samples.sharp_points, i));
+  }
+  CHECK(corners.size() == 5);
+}
+
+TEST_CASE("add_sharp_samples: edges of an attribute of faces, where the model has it") {
+  SharpParameters parameters;
+  parameters.samples = 30;
+  parameters.attribute = "part";
+  PolygonMesh sheet = grid_plane(2, 2);
+  CHECK(with_sharp_samples(sheet, parameters).report.sharp_edges == 0);
+  sheet.asked_face_attributes.push_back({"part", {0, 0, 0, 0, 1, 1, 1, 1}, true});
+  const Row row = with_sharp_samples(sheet, parameters);
+  CHECK(row.report.sharp_edges == 2);
+  CHECK(row.report.sharp_length == Approx(1));
+  for (std::size_t i = 0; i < 30; ++i) {
+    CHECK(place_of(row, i)[1] == Approx(0.5).margin(1e-6));
+    CHECK(std::abs(vector_at(row.samples.sharp_normals, i)[2]) == Approx(1).margin(1e-6));
+  }
 }
