@@ -33,6 +33,8 @@ bool is_finished(const P& p) { return p.finish != FinishKind::none; }
 bool has_sharp(const P& p) { return p.sharp.samples > 0; }
 bool has_queries(const P& p) { return p.queries.any(); }
 bool has_sharp_edges(const P& p) { return has_sharp(p) || p.queries.has(QueryKind::near_sharp); }
+bool has_moves(const P& p) { return p.queries.has_moves(); }
+bool has_gaussians(const P& p) { return has_moves(p) && p.queries.move != QueryMove::uniform; }
 constexpr Word<bool> queries_type_words[] = {{"float32", false}, {"float16", true}};
 bool is_spaced(const P& p) { return p.sequence == SequenceKind::spaced; }
 
@@ -305,12 +307,26 @@ void add_query_settings(SampleSettings& list) {
           [](P& p, std::string_view text) { return take_queries(text, p.queries.terms); },
           "Points in space with their signed distances, for every model (/queries), as in "
           "\"near=250000@.005,.05 near-sharp=125000@.001,.01 volume=250000@1.05\": near: points of the "
-          "surface, moved by Gaussians of these standard deviations; near-sharp: points of sharp edges; "
-          "volume: points in a box of this half side. In units of the stored frame, with --normalize none of "
-          "half the longest side of the model")
+          "surface, moved by these sizes; near-sharp: those of sharp edges; volume: points in a box of this "
+          "half side. In units of the stored frame, with --normalize none of half the longest side of the "
+          "model")
       .in_python("queries")
       .without_default()
       .only_recorded(has_queries);
+  list.word(
+          "queries_move", "--queries-move", [](auto& p) -> auto& { return p.queries.move; }, query_move_words,
+          "How near and near-sharp points are moved. gaussian: along each axis by a Gaussian whose standard "
+          "deviation is the size; uniform: along each axis evenly by up to the size; along-normal: by such a "
+          "Gaussian along the normal")
+      .in_python("queries_move")
+      .only_recorded([](const P& p) { return p.queries.move != QueryMove::gaussian; })
+      .acting(has_moves, "applies to --queries near=... and near-sharp=... only");
+  list.number(
+          "queries_cut", "--queries-cut", [](auto& p) -> auto& { return p.queries.cut; }, 0,
+          largest_query_size, "Take Gaussians that are no larger than this, in units of sizes (0: all)")
+      .in_python("queries_cut")
+      .only_recorded([](const P& p) { return p.queries.cut > 0; })
+      .acting(has_gaussians, "applies to --queries near=... and near-sharp=... with Gaussian moves only");
   list.word(
           "sign", "--sign", [](auto& p) -> auto& { return p.queries.sign; }, sign_choice_words,
           "How sides are decided. closed: by whole winding numbers, where every component is closed; "

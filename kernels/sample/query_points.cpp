@@ -16,6 +16,7 @@
 #include "kernels/core/spelling.h"
 #include "kernels/curve/curve_key.h"
 #include "kernels/mesh/prepare_mesh.h"
+#include "kernels/mesh/surface_walk.h"
 #include "kernels/query/nearest_triangle.h"
 #include "kernels/query/oriented_surface.h"
 #include "kernels/query/triangle_tree.h"
@@ -27,7 +28,6 @@ namespace meander {
 namespace {
 
 constexpr std::size_t query_block = 4096, most_groups = 255;
-constexpr double largest_size = 100;
 
 // ---- text
 
@@ -48,7 +48,7 @@ std::string take_sizes(std::string_view text, std::vector<double>& sizes) {
   while (true) {
     const std::string_view word = text.substr(0, text.find(','));
     double size = 0;
-    if (!take_number(word, size) || !(size > 0 && size <= largest_size))
+    if (!take_number(word, size) || !(size > 0 && size <= largest_query_size))
       return "`" + std::string(word) + "` is no size: a number above 0, up to 100";
     sizes.push_back(size);
     if (word.size() == text.size()) return {};
@@ -96,10 +96,12 @@ class AreaShares {
     }
   }
 
-  Vector3 operator()(double share, double first, double second) const {
+  std::uint32_t triangle(double share) const {
     const auto after = std::upper_bound(end_.begin(), end_.end() - 1, share * end_.back());
-    const std::uint32_t* const corner =
-        &mesh_.triangles[3 * std::size_t{triangle_[static_cast<std::size_t>(after - end_.begin())]}];
+    return triangle_[static_cast<std::size_t>(after - end_.begin())];
+  }
+  Vector3 place(std::uint32_t triangle, double first, double second) const {
+    const std::uint32_t* const corner = &mesh_.triangles[3 * std::size_t{triangle}];
     const double root = std::sqrt(first), b1 = 1 - root, b2 = second * root;
     const Vector3 a = mesh_.position(corner[0]);
     return a + b1 * (mesh_.position(corner[1]) - a) + b2 * (mesh_.position(corner[2]) - a);
@@ -137,6 +139,31 @@ std::vector<QueryPlace> interleaved(const std::vector<QueryGroup>& groups) {
   return places;
 }
 
+// The moves of a size, in working units.
+class Moves {
+ public:
+  Moves(const QueryParameters& parameters, double size, double unit)
+      : kind_(parameters.move), size_(size * unit), cut_(parameters.cut * unit) {
+    if (cut_ > 0) share_ = normal_share(parameters.cut / size);
+  }
+
+  // From numbers in (0, 1).
+  Vector3 operator()(Vector3 normal, double x, double y, double z) const {
+    if (kind_ == QueryMove::uniform) return size_ * Vector3{2 * x - 1, 2 * y - 1, 2 * z - 1};
+    if (kind_ == QueryMove::along_normal) return gaussian(x) * normal;
+    return {gaussian(x), gaussian(y), gaussian(z)};
+  }
+
+ private:
+  double gaussian(double u) const {
+    if (!(cut_ > 0)) return size_ * normal_quantile(u);
+    return std::clamp(size_ * normal_quantile(0.5 + share_ * (u - 0.5)), -cut_, cut_);
+  }
+
+  QueryMove kind_;
+  double size_, cut_, share_ = 1;
+};
+
 // Where sizes are measured from and by, in working units.
 struct QueryFrame {
   Vector3 center;
@@ -154,18 +181,21 @@ QueryFrame query_frame(const PreparedMesh& mesh, const ItemReport& report, bool 
 }
 
 // In working units of the surface.
-std::vector<double> query_places(const PreparedMesh& surface, const std::vector<QueryGroup>& groups,
-                                 const std::vector<QueryPlace>& places, const SharpEdges& edges,
-                                 const QueryFrame& frame, RandomKey key, const CancelToken& cancel) {
-  const auto has = [&](QueryKind kind) {
-    return std::any_of(groups.begin(), groups.end(), [&](const QueryGroup& g) { return g.kind == kind; });
-  };
+std::vector<double> query_places(const PreparedMesh& surface, const QueryParameters& parameters,
+                                 const std::vector<QueryGroup>& groups, const std::vector<QueryPlace>& places,
+                                 const SharpEdges& edges, const QueryFrame& frame, RandomKey key,
+                                 const CancelToken& cancel) {
   cancel.check();
-  const bool has_edges = edges.length() > 0;
+  const bool has_edges = edges.length() > 0, needs_normals = parameters.move == QueryMove::along_normal;
   std::optional<AreaShares> area;
-  if (has(QueryKind::near) || (has(QueryKind::near_sharp) && !has_edges)) area.emplace(surface);
+  if (parameters.has(QueryKind::near) || (parameters.has(QueryKind::near_sharp) && !has_edges))
+    area.emplace(surface);
   std::vector<ScrambledNet> nets;
-  for (std::uint32_t g = 0; g < groups.size(); ++g) nets.emplace_back(key, Stream::query_points, g);
+  std::vector<Moves> moves;
+  for (std::uint32_t g = 0; g < groups.size(); ++g) {
+    nets.emplace_back(key, Stream::query_points, g);
+    moves.emplace_back(parameters, groups[g].size, frame.unit);
+  }
   // Those on edges are found together.
   std::vector<double> shares;
   std::vector<std::uint32_t> on_edges(has_edges ? places.size() : 0);
@@ -181,18 +211,21 @@ std::vector<double> query_places(const PreparedMesh& surface, const std::vector<
     for (std::size_t i = begin; i < end; ++i) {
       const QueryGroup& group = groups[places[i].group];
       const auto u = nets[places[i].group](places[i].number);
-      const double size = group.size * frame.unit;
       Vector3 at;
       if (group.kind == QueryKind::volume) {
-        at = frame.center + size * Vector3{2 * u[0] - 1, 2 * u[1] - 1, 2 * u[2] - 1};
+        at = frame.center + group.size * frame.unit * Vector3{2 * u[0] - 1, 2 * u[1] - 1, 2 * u[2] - 1};
       } else {
+        Vector3 normal;
         if (group.kind == QueryKind::near_sharp && has_edges) {
           const double* const from = &at_edges.point[3 * std::size_t{on_edges[i]}];
           at = {from[0], from[1], from[2]};
+          if (needs_normals) normal = edge_normal(surface, edges, at_edges.edge[on_edges[i]]);
         } else {
-          at = (*area)(u[0], u[1], u[2]);
+          const std::uint32_t triangle = area->triangle(u[0]);
+          at = area->place(triangle, u[1], u[2]);
+          if (needs_normals) normal = triangle_normal(surface, triangle);
         }
-        at = at + size * Vector3{normal_quantile(u[3]), normal_quantile(u[4]), normal_quantile(u[5])};
+        at = at + moves[places[i].group](normal, u[3], u[4], u[5]);
       }
       points[3 * i] = at.x;
       points[3 * i + 1] = at.y;
@@ -343,9 +376,10 @@ void add_query_points(const PolygonMesh& file, const PreparedMesh& surface, cons
   const std::vector<QueryPlace> places = interleaved(groups);
   Samples& samples = row.samples;
   const ItemReport& report = row.report;
-  samples.query_points = stored_points(
-      query_places(surface, groups, places, edges, query_frame(surface, report, in_box), key, cancel),
-      surface, {{report.loc[0], report.loc[1], report.loc[2]}, report.scale});
+  samples.query_points =
+      stored_points(query_places(surface, parameters, groups, places, edges,
+                                 query_frame(surface, report, in_box), key, cancel),
+                    surface, {{report.loc[0], report.loc[1], report.loc[2]}, report.scale});
   if (parameters.halves) round_to_halves(samples.query_points);
   samples.query_kind.resize(places.size());
   for (std::size_t i = 0; i < places.size(); ++i)

@@ -146,4 +146,11 @@ double normal_quantile(double p) {
   return q < 0 ? -value : value;
 }
 
+double normal_share(double limit) {
+  double below = 0.5, above = 1;
+  for (double middle = 0.75; below < middle && middle < above; middle = 0.5 * (below + above))
+    (normal_quantile(middle) <= limit ? below : above) = middle;
+  return 2 * (below - 0.5);
+}
+
 }  // namespace meander

@@ -30,4 +30,7 @@ class ScrambledNet {
 // same bits on every machine.
 double normal_quantile(double p);
 
+// The probability that it lies within `limit` >= 0 of 0, by bisection of normal_quantile.
+double normal_share(double limit);
+
 }  // namespace meander

@@ -258,6 +258,43 @@ TEST_CASE("run --queries: signed distances of every model, their rules counted, 
   CHECK(fs::file_size(scratch / "h.h5") < fs::file_size(scratch / "s.h5"));
 }
 
+TEST_CASE(
+    "run --queries-move: moves are recorded where they are others, and a store is continued with them") {
+  const ScratchFolder scratch;
+  put_models(scratch / "in");
+  const Words words = {"-n", "64", "--queries", "near=400@.05 volume=100@1"};
+  REQUIRE(run_sets(scratch / "in", scratch / "g.h5", words).exit_code == 3);
+  REQUIRE(run_sets(scratch / "in", scratch / "same.h5",
+                   joined(words, {"--queries-move", "gaussian", "--queries-cut", "0"}))
+              .exit_code == 3);
+  CHECK(read_file(scratch / "g.h5") == read_file(scratch / "same.h5"));
+  CHECK_THAT(StoreReader(scratch / "g.h5").parameters_json(), !ContainsSubstring("queries_move"));
+  const Words cut = {"--queries-move", "along-normal", "--queries-cut", "0.06"};
+  REQUIRE(run_sets(scratch / "in", scratch / "n.h5", joined(words, cut)).exit_code == 3);
+  require_verified(scratch / "n.h5");
+  CHECK_THAT(StoreReader(scratch / "n.h5").parameters_json(),
+             ContainsSubstring("\"queries_cut\":0.06,\"queries_move\":\"along-normal\""));
+  const Row row = row_of(scratch / "n.h5", "e_plate.off");
+  const double half =
+      std::max(row.report.bbox[3] - row.report.bbox[0], row.report.bbox[5] - row.report.bbox[2]) / 2;
+  for (std::size_t i = 0; i < 500; ++i)
+    if (row.samples.query_kind[i] == 0)
+      CHECK(std::abs(double{row.samples.query_distance[i]}) <= 0.06 * half * (1 + 1e-5));
+  const ProcessResult other =
+      run_sets(scratch / "in", scratch / "n.h5", joined(words, {"--queries-move", "along-normal"}));
+  CHECK(other.exit_code == 2);
+  CHECK_THAT(other.err, ContainsSubstring("queries_cut"));
+  for (const auto& [more, why] : std::vector<std::pair<Words, std::string>>{
+           {{"--queries", "volume=10@1", "--queries-move", "uniform"}, "near"},
+           {{"--queries", "near=10@1", "--queries-move", "normal"}, "along-normal"},
+           {{"--queries", "near=10@1", "--queries-cut", "-1"}, "--queries-cut"},
+           {{"--queries", "near=10@1", "--queries-move", "uniform", "--queries-cut", "1"}, "Gaussian"}}) {
+    const ProcessResult result = run_sets(scratch / "in", scratch / "x.h5", more);
+    CHECK(result.exit_code == 2);
+    CHECK_THAT(result.err, ContainsSubstring(why));
+  }
+}
+
 TEST_CASE("run --queries: what cannot be is refused, and soups are queried without their topology") {
   const ScratchFolder scratch;
   put_models(scratch / "in");

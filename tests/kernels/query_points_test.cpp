@@ -87,6 +87,15 @@ TEST_CASE("normal_quantile: known values, and antisymmetric") {
   for (const double p : {0.01, 0.1, 0.3, 0.45}) CHECK(normal_quantile(p) == Approx(-normal_quantile(1 - p)));
 }
 
+TEST_CASE("normal_share: the probabilities of one, two and three deviations") {
+  CHECK(normal_share(1) == Approx(0.6826894921370859).epsilon(1e-13));
+  CHECK(normal_share(2) == Approx(0.9544997361036416).epsilon(1e-13));
+  CHECK(normal_share(3) == Approx(0.9973002039367398).epsilon(1e-13));
+  CHECK(normal_share(1e-6) == Approx(7.978845608027e-7).epsilon(1e-8));
+  CHECK(normal_share(0) <= 1e-15);
+  CHECK(normal_share(1000) == Approx(1).epsilon(1e-15));
+}
+
 TEST_CASE(
     "ScrambledNet: 2^k points have one in each of 2^k intervals, and in boxes of the first dimensions") {
   for (const std::uint64_t seed : {1u, 2u, 3u}) {
@@ -214,6 +223,65 @@ TEST_CASE("add_query_points: every prefix has its share of each group, and moves
   const Row framed = with_queries(cube(), queries_of("volume=500@1"), false);
   for (const float x : framed.samples.query_points) CHECK(std::abs(x) <= 1);
   CHECK(*std::max_element(framed.samples.query_points.begin(), framed.samples.query_points.end()) > 0.98f);
+}
+
+TEST_CASE("add_query_points: moves have the bounds and the moments of their kinds") {
+  // On a plane the height is one component of the move.
+  struct Wanted {
+    QueryMove move;
+    double cut, largest, deviation;
+  };
+  constexpr double size = 0.02, infinite = std::numeric_limits<double>::infinity();
+  for (const auto& [move, cut, largest, deviation] :
+       {Wanted{QueryMove::gaussian, 0, infinite, size},
+        // A normal variable within one deviation has the variance 0.2911.
+        Wanted{QueryMove::gaussian, size, size, 0.539560 * size},
+        Wanted{QueryMove::gaussian, 10 * size, infinite, size},
+        Wanted{QueryMove::uniform, 0, size, size / std::sqrt(3.0)},
+        Wanted{QueryMove::along_normal, 0, infinite, size},
+        Wanted{QueryMove::along_normal, size, size, 0.539560 * size}}) {
+    QueryParameters parameters = queries_of("near=8000@.02");
+    parameters.move = move;
+    parameters.cut = cut;
+    const Row row = with_queries(grid_plane(6, 6, 2, 2), parameters);
+    double sum = 0, squares = 0, most = 0, across = 0;
+    std::vector<double> moves;
+    for (std::size_t i = 0; i < 8000; ++i) {
+      const auto at = place_of(row, i);
+      sum += at[2];
+      squares += at[2] * at[2];
+      most = std::max(most, std::abs(at[2]));
+      moves.push_back(at[2]);
+      for (const std::size_t k : {std::size_t{0}, std::size_t{1}})
+        across = std::max(across, std::abs(at[k] - 1));
+    }
+    // Nets err far less than random numbers would, 1 / sqrt(8000).
+    CHECK(std::abs(sum / 8000) < 0.005 * size);
+    CHECK(std::sqrt(squares / 8000) == Approx(deviation).epsilon(0.01));
+    CHECK(most <= largest * (1 + 1e-5));
+    CHECK(most > std::min(largest, 3 * size) * 0.99);
+    CHECK((across <= 1 + 1e-6) == (move == QueryMove::along_normal));
+    // Every prefix is as even.
+    const auto below = std::count_if(moves.begin(), moves.begin() + 512, [](double z) { return z < 0; });
+    CHECK(std::abs(below - 256) <= 2);
+    CHECK(with_queries(grid_plane(6, 6, 2, 2), parameters).samples.query_points == row.samples.query_points);
+  }
+}
+
+TEST_CASE("add_query_points: moves along the normal at an edge keep between its two faces") {
+  QueryParameters parameters = queries_of("near-sharp=600@.1 volume=10@1");
+  parameters.move = QueryMove::along_normal;
+  const Row row = with_queries(cube(), parameters);
+  for (std::size_t i = 0; i < 610; ++i) {
+    if (row.samples.query_kind[i] != 0) continue;
+    const auto at = place_of(row, i);
+    // The two coordinates across the edge have moved by the same.
+    std::array<double, 3> over{};
+    for (std::size_t k = 0; k < 3; ++k) over[k] = std::abs(at[k]) - 1;
+    const bool same = std::abs(over[0] - over[1]) < 1e-5 || std::abs(over[1] - over[2]) < 1e-5 ||
+                      std::abs(over[2] - over[0]) < 1e-5;
+    CHECK(same);
+  }
 }
 
 TEST_CASE("add_query_points: faces, corners and weights name the nearest point") {

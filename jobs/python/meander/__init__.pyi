@@ -17,6 +17,7 @@ OrderWord = Literal["progressive", "curve"]
 CurveWord = Literal["hilbert", "peano", "peano-meander", "balanced"]
 NormalizeWord = Literal["none", "unit-sphere", "unit-box", "unit-diagonal", "pointnet"]
 SharpFillWord = Literal["surface", "nan"]
+QueriesMoveWord = Literal["gaussian", "uniform", "along-normal"]
 SignWord = Literal["auto", "closed", "winding", "shell", "none"]
 QueriesTypeWord = Literal["float32", "float16"]
 Content = Union[bytes, str, None]
@@ -131,8 +132,10 @@ def run(inputs: Union[Path, Iterable[Path]], store: Path, *,
         attributes: Optional[Value] = None, columns: Optional[Value] = None, root: Optional[Value] = None,
         null: bool = False, layout: Optional[Literal["auto", "flat", "modelnet", "shapenet"]] = None,
         labels: Optional[Value] = None, label_from_folder: bool = False, sharp: Optional[Union[int, str]] = None,
-        sharp_angle: Optional[float] = None, sharp_borders: bool = False,
-        sharp_fill: Optional[Literal["surface", "nan"]] = None, queries: Optional[Value] = None,
+        sharp_angle: Optional[float] = None, sharp_borders: bool = False, sharp_corners: bool = False,
+        sharp_attribute: Optional[Value] = None, sharp_fill: Optional[Literal["surface", "nan"]] = None,
+        queries: Optional[Value] = None, queries_move: Optional[Literal["gaussian", "uniform", "along-normal"]] = None,
+        queries_cut: Optional[float] = None,
         sign: Optional[Literal["auto", "closed", "winding", "shell", "none"]] = None,
         queries_type: Optional[Literal["float32", "float16"]] = None, queries_nearest: bool = False,
         threads: Optional[Union[int, str]] = None, memory: Optional[Value] = None, allow_oversize: bool = False,
@@ -147,9 +150,10 @@ def sample(vertices: Any, faces: Optional[ArrayLike] = None, n: int = 2048, *,
            density_exponent: float = 1.0, sequence: SequenceWord = "shifted", spacing: SpacingWord = "default",
            finish: FinishWord = "none", order: OrderWord = "progressive", curve: Optional[CurveWord] = None,
            seed: int = 1, normalize: NormalizeWord = "none", curved: bool = False, sharp: Optional[int] = None,
-           sharp_angle: float = 30.0, sharp_borders: bool = False, sharp_fill: SharpFillWord = "surface",
-           queries: Optional[str] = None, sign: SignWord = "auto", queries_type: QueriesTypeWord = "float32",
-           queries_nearest: bool = False, bins: int = 32) -> Samples: ...
+           sharp_angle: float = 30.0, sharp_borders: bool = False, sharp_corners: bool = False,
+           sharp_attribute: Optional[str] = None, sharp_fill: SharpFillWord = "surface", queries: Optional[str] = None,
+           queries_move: QueriesMoveWord = "gaussian", queries_cut: float = 0.0, sign: SignWord = "auto",
+           queries_type: QueriesTypeWord = "float32", queries_nearest: bool = False, bins: int = 32) -> Samples: ...
 def sample_file(path: Path, n: int = 2048, *, density: Union[str, ArrayLike, Function] = "uniform",
                 density_at: Optional[Place] = None, describe: Union[str, Sequence[str]] = (), threads: int = 0,
                 timeout: Optional[float] = None, method: MethodWord = "auto", density_floor: float = 0.02,
@@ -157,9 +161,11 @@ def sample_file(path: Path, n: int = 2048, *, density: Union[str, ArrayLike, Fun
                 finish: FinishWord = "none", order: OrderWord = "progressive", curve: Optional[CurveWord] = None,
                 seed: int = 1, normalize: NormalizeWord = "none", curved: bool = False, colors: bool = False,
                 texcoord: bool = False, attributes: Union[str, Sequence[str]] = (), sharp: Optional[int] = None,
-                sharp_angle: float = 30.0, sharp_borders: bool = False, sharp_fill: SharpFillWord = "surface",
-                queries: Optional[str] = None, sign: SignWord = "auto", queries_type: QueriesTypeWord = "float32",
-                queries_nearest: bool = False, topology: bool = True, bins: int = 32) -> Samples: ...
+                sharp_angle: float = 30.0, sharp_borders: bool = False, sharp_corners: bool = False,
+                sharp_attribute: Optional[str] = None, sharp_fill: SharpFillWord = "surface",
+                queries: Optional[str] = None, queries_move: QueriesMoveWord = "gaussian", queries_cut: float = 0.0,
+                sign: SignWord = "auto", queries_type: QueriesTypeWord = "float32", queries_nearest: bool = False,
+                topology: bool = True, bins: int = 32) -> Samples: ...
 @overload
 def sample_many(meshes: Iterable[Any], n: int = 2048, *, threads: int = 0, errors: Literal["raise"] = "raise",
                 density: Union[str, Function] = "uniform", density_at: Optional[Place] = None,
@@ -169,9 +175,11 @@ def sample_many(meshes: Iterable[Any], n: int = 2048, *, threads: int = 0, error
                 order: OrderWord = "progressive", curve: Optional[CurveWord] = None, seed: int = 1,
                 normalize: NormalizeWord = "none", curved: bool = False, colors: bool = False, texcoord: bool = False,
                 attributes: Union[str, Sequence[str]] = (), sharp: Optional[int] = None, sharp_angle: float = 30.0,
-                sharp_borders: bool = False, sharp_fill: SharpFillWord = "surface", queries: Optional[str] = None,
-                sign: SignWord = "auto", queries_type: QueriesTypeWord = "float32", queries_nearest: bool = False,
-                topology: bool = True, bins: int = 32) -> Iterator[Samples]: ...
+                sharp_borders: bool = False, sharp_corners: bool = False, sharp_attribute: Optional[str] = None,
+                sharp_fill: SharpFillWord = "surface", queries: Optional[str] = None,
+                queries_move: QueriesMoveWord = "gaussian", queries_cut: float = 0.0, sign: SignWord = "auto",
+                queries_type: QueriesTypeWord = "float32", queries_nearest: bool = False, topology: bool = True,
+                bins: int = 32) -> Iterator[Samples]: ...
 @overload
 def sample_many(meshes: Iterable[Any], n: int = 2048, *, threads: int = 0, errors: Literal["return"],
                 density: Union[str, Function] = "uniform", density_at: Optional[Place] = None,
@@ -181,9 +189,11 @@ def sample_many(meshes: Iterable[Any], n: int = 2048, *, threads: int = 0, error
                 order: OrderWord = "progressive", curve: Optional[CurveWord] = None, seed: int = 1,
                 normalize: NormalizeWord = "none", curved: bool = False, colors: bool = False, texcoord: bool = False,
                 attributes: Union[str, Sequence[str]] = (), sharp: Optional[int] = None, sharp_angle: float = 30.0,
-                sharp_borders: bool = False, sharp_fill: SharpFillWord = "surface", queries: Optional[str] = None,
-                sign: SignWord = "auto", queries_type: QueriesTypeWord = "float32", queries_nearest: bool = False,
-                topology: bool = True, bins: int = 32) -> Iterator[Union[Samples, Exception]]: ...
+                sharp_borders: bool = False, sharp_corners: bool = False, sharp_attribute: Optional[str] = None,
+                sharp_fill: SharpFillWord = "surface", queries: Optional[str] = None,
+                queries_move: QueriesMoveWord = "gaussian", queries_cut: float = 0.0, sign: SignWord = "auto",
+                queries_type: QueriesTypeWord = "float32", queries_nearest: bool = False, topology: bool = True,
+                bins: int = 32) -> Iterator[Union[Samples, Exception]]: ...
 def describe(vertices: Any, faces: Optional[ArrayLike] = None, descriptors: Union[str, Sequence[str]] = "pairs", *,
              n: int = 1024, seed: int = 1, bins: int = 32, content: Content = None, check: bool = True,
              threads: int = 0, timeout: Optional[float] = None) -> Dict[str, NDArray[numpy.float32]]: ...
