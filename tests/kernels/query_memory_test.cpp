@@ -7,6 +7,8 @@
 #include "kernels/query/sharp_edges.h"
 #include "kernels/query/surface_sides.h"
 #include "kernels/query/winding_number.h"
+#include "kernels/sample/query_points.h"
+#include "kernels/sample/sharp_samples.h"
 #include "support/allocation_counter.h"
 #include "support/catch.h"
 #include "support/query_meshes.h"
@@ -56,9 +58,50 @@ PolygonMesh apart(const PolygonMesh& mesh) {
   return polygon_mesh(xyz, faces);
 }
 
+// A row whose samples are placed: the frame, and what stands in for points on edges.
+Row placed_row(const PreparedMesh& mesh) {
+  Row row;
+  row.report.loc = {mesh.center.x, mesh.center.y, mesh.center.z};
+  row.report.scale = mesh.unit;
+  row.samples.triangle = {0};
+  row.samples.points = row.samples.normals = {0, 0, 1};
+  return row;
+}
+
+// What both sets of points take beside the mesh and the samples, as the stages of a model make them.
+void check_sets(const PolygonMesh& file) {
+  const PreparedMesh mesh = prepare_mesh(file);
+  const auto triangles = static_cast<double>(mesh.triangle_count()),
+             vertices = static_cast<double>(file.vertex_count());
+  constexpr std::uint32_t count = 20000;
+  SharpParameters sharp;
+  sharp.samples = count;
+  sharp.corners = true;
+  const Row placed = placed_row(mesh);
+  within("add_sharp_samples", sharp_bytes(count, triangles), [&] {
+    Row row = placed;
+    add_sharp_samples(mesh, sharp_edges_of(file, mesh, sharp), sharp, OrderKind::progressive, 0.25,
+                      make_random_key(1, {}), {}, row);
+    return row;
+  });
+  QueryParameters queries;
+  REQUIRE(take_queries("near=8000@.01,.05 near-sharp=6000@.01 volume=6000@1.1", queries.terms).empty());
+  queries.nearest = true;
+  const SharpEdges edges = sharp_edges_of(file, mesh, sharp);
+  for (const SignChoice sign : {SignChoice::automatic, SignChoice::winding, SignChoice::shell}) {
+    queries.sign = sign;
+    within("add_query_points", query_bytes(count, triangles, vertices), [&] {
+      Row row = placed;
+      add_query_points(file, mesh, queries, edges, false, make_random_key(1, {}), {}, row);
+      return row;
+    });
+  }
+}
+
 void check_bounds(const std::string& name, PolygonMesh file) {
   INFO(name);
   on_threads(1, [] { return 0; });  // starts oneTBB
+  check_sets(file);
   const double polygons = static_cast<double>(file.polygon_count()),
                corners = static_cast<double>(file.corners.size()),
                vertices = static_cast<double>(file.vertex_count());
@@ -76,6 +119,7 @@ void check_bounds(const std::string& name, PolygonMesh file) {
   within("find_sharp_edges", sharp_edges_bytes(triangles),
          [&] { return find_sharp_edges(mesh, {.borders = true}); });
   const SharpEdges edges = find_sharp_edges(mesh, {.borders = true});
+  within("sharp_corners", sharp_edges_bytes(triangles), [&] { return sharp_corners(mesh, edges, 30); });
   const RandomKey key = make_random_key(1, {});
   std::vector<double> points, shares;
   for (std::uint64_t i = 0; i < 20000; ++i) {
