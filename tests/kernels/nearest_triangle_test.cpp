@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "kernels/core/nearest_on_triangle.h"
+#include "kernels/core/parallel.h"
 #include "kernels/core/random.h"
 #include "kernels/mesh/prepare_mesh.h"
 #include "support/catch.h"
@@ -43,25 +44,31 @@ Soup soup_of(const PreparedMesh& mesh) { return {mesh.x, mesh.y, mesh.z, mesh.tr
 
 // The slow way: all triangles in turn.
 NearestTriangles by_all_triangles(const Soup& soup, std::span<const double> points) {
+  const std::size_t count = points.size() / 3;
   NearestTriangles out;
+  out.distance.resize(count);
+  out.triangle.resize(count);
+  out.weights.resize(2 * count);
   const auto corner = [&](std::size_t c) {
     const std::uint32_t v = soup.triangles[c];
     return Vector3{soup.x[v], soup.y[v], soup.z[v]};
   };
-  for (std::size_t i = 0; i < points.size(); i += 3) {
-    TrianglePlace best;
-    std::uint32_t triangle = 0;
-    for (std::size_t t = 0; t < soup.triangles.size() / 3; ++t) {
-      const TrianglePlace place = nearest_on_triangle({points[i], points[i + 1], points[i + 2]},
-                                                      corner(3 * t), corner(3 * t + 1), corner(3 * t + 2));
-      if (place.squared >= best.squared) continue;
-      best = place;
-      triangle = static_cast<std::uint32_t>(t);
+  parallel_blocks(count, 64, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const Vector3 point{points[3 * i], points[3 * i + 1], points[3 * i + 2]};
+      TrianglePlace best;
+      for (std::size_t t = 0; t < soup.triangles.size() / 3; ++t) {
+        const TrianglePlace place =
+            nearest_on_triangle(point, corner(3 * t), corner(3 * t + 1), corner(3 * t + 2));
+        if (place.squared >= best.squared) continue;
+        best = place;
+        out.triangle[i] = static_cast<std::uint32_t>(t);
+      }
+      out.distance[i] = std::sqrt(best.squared);
+      out.weights[2 * i] = best.weight1;
+      out.weights[2 * i + 1] = best.weight2;
     }
-    out.distance.push_back(std::sqrt(best.squared));
-    out.triangle.push_back(triangle);
-    out.weights.insert(out.weights.end(), {best.weight1, best.weight2});
-  }
+  });
   return out;
 }
 
@@ -217,6 +224,17 @@ TEST_CASE("nearest_triangles: real models, the same as all triangles in turn") {
     INFO(name);
     const Soup soup = soup_of(prepare_mesh(model_of(name)));
     const std::vector<double> points = points_around(soup, 80, 11);
+    check_same(nearest_triangles(soup.tree(), points), by_all_triangles(soup, points));
+  }
+}
+
+TEST_CASE("nearest_triangles: 100,000 points of each real model, the same as all triangles in turn",
+          "[slow]") {
+  MEANDER_NEEDS_SHARED_DATA();
+  for (const std::string& name : query_models()) {
+    INFO(name);
+    const Soup soup = soup_of(prepare_mesh(model_of(name)));
+    const std::vector<double> points = points_around(soup, 100000, 13);
     check_same(nearest_triangles(soup.tree(), points), by_all_triangles(soup, points));
   }
 }
