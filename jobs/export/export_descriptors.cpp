@@ -19,6 +19,7 @@
 #include "jobs/cli/working_process.h"
 #include "jobs/export/export_format.h"
 #include "jobs/rows/descriptor_choice.h"
+#include "jobs/rows/local_codes.h"
 #include "jobs/rows/retrieve_base.h"
 #include "kernels/core/joined_texts.h"
 #include "kernels/core/parallel.h"
@@ -32,7 +33,10 @@ namespace {
 class DescribedRows {
  public:
   DescribedRows(const StoreReader& store, const DescriptorExport& options)
-      : store_(store), terms_(chosen_descriptors(store, options.descriptors)), wanted_(options.rows) {
+      : store_(store),
+        side_(named_side_vectors(store, options.store, options.descriptors)),
+        terms_(chosen_descriptors(store, options.descriptors, side_)),
+        wanted_(options.rows) {
     std::sort(wanted_.begin(), wanted_.end());
     wanted_.erase(std::unique(wanted_.begin(), wanted_.end()), wanted_.end());
     for (const DescriptorTerm& term : terms_) width_ += term.schema.width;
@@ -90,7 +94,7 @@ class DescribedRows {
  private:
   // What makes l1 between the vectors of the file the combined distance of `retrieve`.
   std::vector<float> weight_factors() const {
-    const RetrievalBase scaled = load_searched_base(store_, {.descriptor = joined(terms_)});
+    const RetrievalBase scaled = load_searched_base(store_, {.descriptor = joined(terms_), .side = side_});
     std::vector<float> factors;
     for (std::size_t t = 0; t < terms_.size(); ++t) {
       if (!is_histogram(terms_[t].schema))
@@ -103,6 +107,7 @@ class DescribedRows {
   }
 
   const StoreReader& store_;
+  const SideVectorsList side_;
   const std::vector<DescriptorTerm> terms_;
   std::vector<float> factors_;  // of the terms, where they have weights
   std::vector<std::uint64_t> wanted_, rows_;
@@ -290,7 +295,8 @@ void add_descriptor_export_options(const Command& whole, DescriptorExport& optio
   command
       .add_option("--descriptors", options.descriptors,
                   "Write these descriptors with --format " + formats_with(ExportContent::descriptors, "or") +
-                      ": NAME, several as NAME+NAME, or with weights as NAME=2+NAME for distances l1")
+                      ": NAME, several as NAME+NAME, or with weights as NAME=2+NAME for distances l1; also "
+                      "local-pairs, the codes of `retrieve words`")
       .common();
   const Option share =
       command.add_option("--test-share", options.test_share, "ann-hdf5: share of the rows that are queries")

@@ -13,6 +13,7 @@ namespace meander {
 class Command;
 
 struct DescriptorExport {
+  std::string store;        // its path, beside which STORE.words is
   std::string descriptors;  // names joined by `+`
   std::string format;       // of ExportContent::descriptors
   std::string output;

@@ -373,6 +373,7 @@ int export_store(ExportOptions& options) {
   }
   if (options.content() == ExportContent::descriptors) {
     DescriptorExport wanted = options.descriptors;
+    wanted.store = options.store;
     wanted.format = options.format;
     wanted.output = options.output;
     if (!options.items.empty()) wanted.rows = chosen_rows(store, options.items);

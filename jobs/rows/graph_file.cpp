@@ -66,8 +66,8 @@ std::optional<RowRanking> read_graph(const std::filesystem::path& path, const Gr
   const std::optional<std::string> content = content_if_exists(path);
   if (!content) return std::nullopt;
   SealedBytes bytes(path, graph_kind, *content);
-  if (bytes.take<std::uint32_t>() != graph_version || bytes.take<GraphOrigin>() != origin)
-    return std::nullopt;
+  if (bytes.take<std::uint32_t>() != graph_version) bytes.refuse("it is of another version");
+  if (bytes.take<GraphOrigin>() != origin) return std::nullopt;
   RowRanking ranking;
   ranking.kind = static_cast<RankKind>(bytes.take<std::uint32_t>());
   ranking.neighbors = bytes.take<std::uint32_t>();

@@ -20,8 +20,8 @@ GraphOrigin origin_of_graph(const std::string& store, const RetrievalBase& base,
 
 // A sealed file (graph_magic): the version, the origin, the ranking. Throws FileError.
 void write_graph(const std::filesystem::path& path, const GraphOrigin& origin, const RowRanking& ranking);
-// Empty where there is no such file, or it is of another origin. Throws RunError(unusable) for a damaged
-// file.
+// Empty where there is no such file, or it is of another origin. Throws RunError(unusable) for a file
+// that is damaged or of another version.
 std::optional<RowRanking> read_graph(const std::filesystem::path& path, const GraphOrigin& origin);
 
 }  // namespace meander

@@ -26,10 +26,12 @@ void put_words(ValueBytes& bytes, const LocalCodes& codes) {
   bytes.put(static_cast<std::uint32_t>(codes.pairs.sense));
   bytes.put(codes.pairs.centers);
   bytes.put(codes.pairs.radius);
+  bytes.put(static_cast<std::uint32_t>(codes.pairs.unit));
   bytes.put(codes.words.width);
   bytes.put(codes.words.axes);
   bytes.put(codes.words.words);
   bytes.put(codes.learnt_from);
+  bytes.put(codes.learnt_models);
   for (const std::vector<float>* const values : {&codes.words.mean, &codes.words.turn, &codes.words.centers})
     bytes.put_all(std::span<const float>(*values));
 }
@@ -38,6 +40,25 @@ std::optional<SamplesKey> key_of_row(const StoreReader& store, std::uint64_t row
   const ItemReport report = store.report(row);
   if (report.status != Status::ok) return std::nullopt;
   return SamplesKey{report.content_sha256, report.points_crc32c};
+}
+
+// The models that words are learnt from, each with a row, in the order of their keys: equal models once.
+std::vector<std::pair<SamplesKey, std::uint64_t>> models_to_learn_from(const StoreReader& store) {
+  std::map<SamplesKey, std::uint64_t> rows;
+  for (std::uint64_t row = 0; row < store.rows(); ++row)
+    if (const auto key = key_of_row(store, row)) rows.try_emplace(*key, row);
+  std::vector<std::pair<SamplesKey, std::uint64_t>> models(rows.begin(), rows.end());
+  models.resize(std::min(models.size(), max_learnt_models));
+  return models;
+}
+
+Seal seal_of_models(std::span<const std::pair<SamplesKey, std::uint64_t>> models) {
+  ValueBytes bytes;
+  for (const auto& [key, row] : models) {
+    bytes.put(key.content);
+    bytes.put(key.points);
+  }
+  return bytes.seal();
 }
 
 std::vector<float> histograms_of(const LocalPairParameters& pairs, const Samples& samples) {
@@ -62,30 +83,32 @@ std::string LocalCodes::checksum() const {
 
 std::filesystem::path words_path(const std::string& store) { return store + ".words"; }
 
-LocalCodes learn_local_codes(const StoreReader& store) {
+LocalCodes learn_local_codes(const StoreReader& store, const LocalPairParameters& pairs) {
   require_samples(store);
-  std::map<SamplesKey, std::uint64_t> rows;  // equal models once
-  for (std::uint64_t row = 0; row < store.rows(); ++row)
-    if (const auto key = key_of_row(store, row)) rows.try_emplace(*key, row);
-  if (rows.empty()) throw UsageError("no row of the store is ok: there is nothing to learn words from");
+  const std::vector<std::pair<SamplesKey, std::uint64_t>> taken = models_to_learn_from(store);
+  if (taken.empty()) throw UsageError("no row of the store is ok: there is nothing to learn words from");
   LocalCodes codes;
-  const std::size_t models = std::min(rows.size(), max_learnt_models);
+  codes.pairs = pairs;
+  const std::size_t models = taken.size();
   codes.learnt_from = static_cast<std::uint32_t>(models);
-  std::vector<std::uint64_t> taken;
-  for (const auto& [key, row] : rows)
-    if (taken.size() < models) taken.push_back(row);
+  codes.learnt_models = seal_of_models(taken);
   LocalPairParameters few = codes.pairs;
-  few.centers =
-      static_cast<std::uint32_t>(std::clamp<std::size_t>(learnt_histograms / models, 8, codes.pairs.centers));
+  few.centers = static_cast<std::uint32_t>(
+      std::clamp<std::size_t>(learnt_histograms / models, std::min(8u, pairs.centers), pairs.centers));
   few.centers = std::min(few.centers, store.samples());
   const std::size_t each = std::size_t{few.centers} * local_pair_bins;
   std::vector<float> histograms(models * each);
   parallel_tasks(models, [&](std::size_t i) {
-    const std::vector<float> made = histograms_of(few, store.read_samples(taken[i], 0, store.samples()));
+    const std::vector<float> made =
+        histograms_of(few, store.read_samples(taken[i].second, 0, store.samples()));
     std::copy(made.begin(), made.end(), histograms.begin() + static_cast<std::ptrdiff_t>(i * each));
   });
   codes.words = learn_local_words(histograms, local_pair_bins);
   return codes;
+}
+
+bool are_words_of(const StoreReader& store, const LocalCodes& codes) {
+  return codes.learnt_models == seal_of_models(models_to_learn_from(store));
 }
 
 std::uint64_t code_rows(const StoreReader& store, LocalCodes& codes) {
@@ -135,11 +158,15 @@ std::optional<LocalCodes> read_local_codes(const std::filesystem::path& path) {
   codes.pairs.sense = static_cast<NormalSense>(sense);
   codes.pairs.centers = bytes.take<std::uint32_t>();
   codes.pairs.radius = bytes.take<double>();
+  const auto unit = bytes.take<std::uint32_t>();
+  if (unit > static_cast<std::uint32_t>(RadiusUnit::spacing)) bytes.refuse("its settings are unknown");
+  codes.pairs.unit = static_cast<RadiusUnit>(unit);
   LocalWords& words = codes.words;
   words.width = bytes.take<std::uint32_t>();
   words.axes = bytes.take<std::uint32_t>();
   words.words = bytes.take<std::uint32_t>();
   codes.learnt_from = bytes.take<std::uint32_t>();
+  codes.learnt_models = bytes.take<Seal>();
   if (words.width != local_pair_bins || words.axes == 0 || words.axes > words.width || words.words == 0 ||
       words.words > 4096)
     bytes.refuse("its settings are unknown");

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "io/sealed_file.h"
 #include "io/store/store_reader.h"
 #include "jobs/rows/described_rows.h"
 #include "kernels/describe/local_pairs.h"
@@ -29,6 +30,7 @@ struct LocalCodes {
   LocalPairParameters pairs;  // of the histograms
   LocalWords words;
   std::uint32_t learnt_from = 0;                   // models
+  Seal learnt_models{};                            // the SHA-256 of their keys, ascending
   std::map<SamplesKey, std::vector<float>> codes;  // by model
 
   // The SHA-256 of the words and of how histograms are made, in hexadecimal: codes of different words are
@@ -44,7 +46,9 @@ std::filesystem::path words_path(const std::string& store);
 
 // Learns words from the rows of the store that are ok. The words depend on the set of their samples alone.
 // Throws UsageError where there are none, or without normals.
-LocalCodes learn_local_codes(const StoreReader& store);
+LocalCodes learn_local_codes(const StoreReader& store, const LocalPairParameters& pairs = {});
+// Whether learn_local_codes would learn these words from the store as it is.
+bool are_words_of(const StoreReader& store, const LocalCodes& codes);
 // Adds the codes of the rows that have none yet, and drops those of models that the store does not have.
 // Returns how many it made.
 std::uint64_t code_rows(const StoreReader& store, LocalCodes& codes);

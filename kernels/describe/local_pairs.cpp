@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 
 #include "kernels/core/parallel.h"
@@ -13,8 +14,8 @@ namespace {
 
 constexpr std::size_t centers_per_task = 16;
 
-// Working units: the root mean square distance from the centroid.
-double size_of(const PairPoints& points) {
+// In working units, as the following.
+double root_mean_square_distance(const PairPoints& points) {
   double sums[3] = {}, squares = 0;
   const std::vector<float>* const axes[] = {&points.x, &points.y, &points.z};
   for (std::size_t k = 0; k < 3; ++k)
@@ -26,6 +27,23 @@ double size_of(const PairPoints& points) {
       squares += offset * offset;
     }
   return std::sqrt(squares / count);
+}
+
+double mean_nearest_distance(const PairPoints& points, const CancelToken& cancel) {
+  std::vector<double> nearest(points.count);
+  parallel_blocks(points.count, centers_per_task, [&](std::size_t begin, std::size_t end) {
+    cancel.check();
+    for (std::size_t i = begin; i < end; ++i) {
+      float least = std::numeric_limits<float>::max();
+      for (std::size_t j = i + 1; j < i + points.count; ++j) {
+        const float dx = points.x[j] - points.x[i], dy = points.y[j] - points.y[i],
+                    dz = points.z[j] - points.z[i];
+        least = std::min(least, (dx * dx + dy * dy) + dz * dz);
+      }
+      nearest[i] = std::sqrt(static_cast<double>(least));
+    }
+  });
+  return blocked_sum(nearest) / static_cast<double>(points.count);
 }
 
 // Counts the pairs of point `center` with every other.
@@ -69,10 +87,11 @@ std::vector<float> local_pair_histograms(std::span<const float> points, std::spa
   check_finite(normals, "a normal");
   const PairPoints working(points);
   const PairNormals turned(normals);
-  const double size = size_of(working);
+  const double unit = parameters.unit == RadiusUnit::size ? root_mean_square_distance(working)
+                                                          : mean_nearest_distance(working, cancel);
   const OrientedLoops& loops = oriented_loops(parameters.instructions);
   OrientedCounter counter =
-      oriented_counter(parameters.sense, size > 0 ? local_distance_bins / (parameters.radius * size) : 0);
+      oriented_counter(parameters.sense, unit > 0 ? local_distance_bins / (parameters.radius * unit) : 0);
   const std::size_t centers = std::min<std::size_t>(parameters.centers, working.count);
   std::vector<float> roots(centers * local_pair_bins);
   parallel_tasks((centers + centers_per_task - 1) / centers_per_task, [&](std::size_t task) {

@@ -18,10 +18,15 @@ inline constexpr std::uint32_t local_distance_bins = pair_distance_bins - 1;
 inline constexpr std::uint32_t local_pair_bins =
     oriented_pair_bins / pair_distance_bins * local_distance_bins;
 
+// What a radius is a multiple of: the root mean square distance of the points from their centroid (size), or
+// the mean distance of a point to the nearest other one (spacing).
+enum class RadiusUnit : std::uint8_t { size, spacing };
+
 struct LocalPairParameters {
   NormalSense sense = NormalSense::either_side;
   std::uint32_t centers = 160;  // the first points, or all where there are fewer
-  double radius = 0.7;          // times the root mean square distance of the points from their centroid
+  double radius = 0.7;
+  RadiusUnit unit = RadiusUnit::size;
   InstructionSet instructions = InstructionSet::automatic;
 };
 
@@ -32,7 +37,8 @@ struct LocalPairParameters {
 // the whole changes the values, and with either_side no sense of a normal does.
 //
 // The loops are those of oriented_pair_histogram: any instruction set and number of threads gives the same
-// bytes. O(centers x n). Exceptions as there, and std::invalid_argument for a radius that is not positive.
+// bytes. O(centers x n), and O(n^2) for the spacing. Exceptions as there, and std::invalid_argument for a
+// radius that is not positive.
 std::vector<float> local_pair_histograms(std::span<const float> points, std::span<const float> normals,
                                          const LocalPairParameters& parameters = {},
                                          const CancelToken& cancel = {});

@@ -27,7 +27,7 @@ struct LocalWords {
 };
 
 // The version of words and codes: raised whenever the same histograms give others.
-inline constexpr std::uint32_t local_words_version = 1;
+inline constexpr std::uint32_t local_words_version = 2;
 
 // Learns words from histograms, `width` numbers each, finite. Axes: orthogonal iteration on the covariance.
 // Words: 15 rounds of Lloyd's from histograms at even distances in their order. Axes beyond the rank of the

@@ -19,7 +19,7 @@ import scene
 from faults import JOBS, LEFTOVERS, Scene, comparable, next_command, what_is_wrong
 
 KILLED = ["run", "run-packed", "run-update", "run-fresh", "run-reuse", "describe", "describe-output", "plan", "shard",
-          "shard-scratch", "merge", "merge-stores", "surface", "remesh", "remesh-again"]
+          "shard-scratch", "merge", "merge-stores", "surface", "remesh", "remesh-again", "words", "words-again", "graph"]
 
 # What a call on a file is part of.
 PHASES = [("/in", "reading inputs"), ("in.zip", "reading inputs"), ("in.tar.gz", "reading inputs"),

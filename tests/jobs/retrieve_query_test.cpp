@@ -213,7 +213,7 @@ TEST_CASE("retrieve words: codes of local pairs are a descriptor of the store an
   CHECK(contains(lacks.err, "s.h5.words` lacks 1 models of the store: `meander retrieve words` adds them"));
   const ProcessResult grown = with_store(models, {"words"}, {"--json"});
   REQUIRE(grown.exit_code == 0);
-  CHECK(contains(grown.out, R"("learned_now":false,"learned_from":4,"models":5,"coded":1)"));
+  CHECK(contains(grown.out, R"("learned_from":4,"words_of_this_store":false,"models":5,"coded":1)"));
   CHECK(models.query({"0", "--descriptor", "local-pairs"}).exit_code == 0);
 
   // Damaged and foreign files are refused by name, and never replaced unless they are words.

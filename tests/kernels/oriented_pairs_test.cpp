@@ -409,6 +409,29 @@ TEST_CASE(
   CHECK(difference < 1);
 }
 
+TEST_CASE("local pairs: a radius of spacings reaches as many points of another size, fewer of more samples") {
+  // A square grid: the nearest point of every one is at distance 1, so that 3.5 spacings are 3.5.
+  const auto grid = [](int side, float step) {
+    Points points;
+    for (int i = 0; i < side * side; ++i)
+      points.add({step * static_cast<float>(i % side), step * static_cast<float>(i / side), 0}, {0, 0, 1});
+    return points;
+  };
+  const auto bins_taken = [](const Points& points, const LocalPairParameters& parameters) {
+    const std::vector<float> roots = local_pair_histograms(points.places, points.normals, parameters);
+    return std::vector<float>(roots.begin() + 50 * local_pair_bins, roots.begin() + 51 * local_pair_bins);
+  };
+  const LocalPairParameters spacings{.radius = 3.5, .unit = RadiusUnit::spacing};
+  const std::vector<float> of_ten = bins_taken(grid(10, 1), spacings);
+  // By hand: around (0, 5) lie 21 points within 3.5; the third of the bins, from 1 to 1.5, has 3 at 1, 2
+  // at 1.41.
+  double within_one = 0;
+  for (std::size_t b = 2 * 64; b < 3 * 64; ++b) within_one += static_cast<double>(of_ten[b] * of_ten[b]);
+  CHECK(within_one == Approx(5.0 / 21).epsilon(1e-5));
+  CHECK(bins_taken(grid(10, 4), spacings) == of_ten);
+  CHECK(bins_taken(grid(10, 1), {.radius = 3.5}) != of_ten);
+}
+
 TEST_CASE("local pairs: points that coincide, and invalid input") {
   Points same;
   for (int i = 0; i < 5; ++i) same.add({1, 2, 3}, {0, 0, 1});
