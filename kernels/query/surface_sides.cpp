@@ -7,6 +7,7 @@
 #include "kernels/core/parallel.h"
 #include "kernels/query/boundary_field.h"
 #include "kernels/query/lanes.h"
+#include "kernels/query/open_holes.h"
 #include "kernels/query/segment_crossings.h"
 #include "kernels/query/shell_grid.h"
 #include "kernels/query/winding_number.h"
@@ -125,6 +126,7 @@ struct WindingWork {
   const OrientedSurface& oriented;
   const WindingTree& winding;
   const BoundaryField& boundary;
+  const OpenHoles& holes;
   std::span<const double> points;
   const NearestTriangles& nearest;
 };
@@ -180,7 +182,8 @@ void walk(const WindingWork& work, std::span<const std::uint32_t> run, PointSide
     const double beyond = std::abs(winding) - 0.5;
     out.inside[i] = beyond >= 0;
     out.certain[i] = work.oriented.nested && std::abs(beyond) >= uncertain_winding &&
-                     work.nearest.distance[i] > on_surface && !is_doubtful(work, i, winding);
+                     work.nearest.distance[i] > on_surface && !is_doubtful(work, i, winding) &&
+                     work.holes.agree(here, winding);
   }
 }
 
@@ -189,7 +192,8 @@ void tell_by_winding(const TriangleTree& tree, const OrientedSurface& oriented,
                      const CancelToken& cancel, PointSides& out) {
   const WindingTree winding = build_winding_tree(tree, oriented.flipped, usual_bound, strict_bound);
   const BoundaryField boundary = build_boundary_field(oriented.boundary);
-  const WindingWork work{tree, oriented, winding, boundary, points, nearest};
+  const OpenHoles holes(oriented, tree.count());
+  const WindingWork work{tree, oriented, winding, boundary, holes, points, nearest};
   parallel_blocks(nearest.order.size(), side_block, [&](std::size_t begin, std::size_t end) {
     cancel.check();
     walk(work, std::span(nearest.order).subspan(begin, end - begin), out);

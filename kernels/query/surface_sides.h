@@ -11,6 +11,7 @@
 #include "kernels/data/sign_rule.h"
 #include "kernels/query/boundary_field.h"
 #include "kernels/query/nearest_triangle.h"
+#include "kernels/query/open_holes.h"
 #include "kernels/query/oriented_surface.h"
 #include "kernels/query/shell_grid.h"
 #include "kernels/query/triangle_tree.h"
@@ -71,8 +72,8 @@ std::optional<SignRule> chosen_rule(SignChoice choice, const PreparedMesh& mesh,
 // what the open edges make of the way (winding_change), where their field is even enough; and those of all
 // triangles elsewhere, strictly within an error of 0.02 near the threshold, to which the way adds 0.02. Far
 // from it they err by 0.01, and 0.1 at most, on real models. Uncertain within uncertain_winding of the
-// threshold, and where the nearest point lies on an open edge, unless the number is within 0.03 of a whole
-// one, or above 1.
+// threshold; where the nearest point lies on an open edge, unless the number is within 0.03 of a whole one, or
+// above 1; and where several holes are near, unless they agree (OpenHoles).
 // Shell: see shell_side; points of cells of the surface have the side of a point up to a cell away, if a way
 // along the curve leads there past all triangles.
 //
@@ -88,7 +89,7 @@ PointSides point_sides(const TriangleTree& tree, const OrientedSurface& oriented
 constexpr double point_sides_bytes(double triangles, double points) {
   constexpr double bytes_per_point = 10;
   return points * bytes_per_point + winding_tree_bytes(triangles) + boundary_field_bytes(3 * triangles) +
-         shell_grid_bytes();
+         open_holes_bytes(triangles) + shell_grid_bytes();
 }
 
 }  // namespace meander

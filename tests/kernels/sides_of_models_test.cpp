@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <numbers>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "kernels/query/winding_number.h"
@@ -165,6 +166,43 @@ TEST_CASE("point_sides: a model that passes through itself is the union of its p
     }
 }
 
+TEST_CASE("point_sides: two holes together make no inside") {
+  // Two boxes without their tops, nearly the same: right above them either winding number is nearly one half.
+  PolygonMesh box = two_sided_plate(8, 1);
+  const double top = *std::max_element(box.z.begin(), box.z.end());
+  std::vector<std::uint8_t> removed(box.polygon_count(), 0);
+  for (std::uint32_t p = 0; p < box.polygon_count(); ++p)
+    removed[p] = std::all_of(box.corners.begin() + box.polygon_begin[p],
+                             box.corners.begin() + box.polygon_begin[p + 1],
+                             [&](std::uint32_t v) { return box.z[v] == top; });
+  const Vector3 middle{0.5, 0.5, 0.5}, shift{0.01, 0.005, -0.01};
+  remove_polygons(box, removed);
+  PolygonMesh copy = box;
+  for (double& x : copy.x) x += shift.x;
+  for (double& y : copy.y) y += shift.y;
+  for (double& z : copy.z) z += shift.z;
+  const SidedMesh both(merged(box, copy));
+  REQUIRE(both.oriented.open_edges == 64);
+  const std::vector<double> points = side_points(both.mesh, damage_points, 3);
+  const PointSides found =
+      point_sides(both.tree, both.oriented, SignRule::winding, points, nearest_triangles(both.tree, points));
+  std::size_t wrong = 0, certain_above = 0, uncertain_above = 0;
+  for (std::size_t i = 0; i < damage_points; ++i) {
+    const Vector3 p =
+        both.mesh.center + both.mesh.unit * Vector3{points[3 * i], points[3 * i + 1], points[3 * i + 2]};
+    const auto in_box = [&](Vector3 from) {
+      return std::max({std::abs(from.x), std::abs(from.y), std::abs(from.z)}) < 0.5;
+    };
+    const bool inside = in_box(p - middle) || in_box(p - middle - shift);
+    wrong += found.certain[i] != 0 && (found.inside[i] != 0) != inside;
+    if (inside || p.z < top || std::abs(found.winding[i]) < 0.86) continue;
+    (found.certain[i] != 0 ? certain_above : uncertain_above) += 1;
+  }
+  CHECK(wrong <= 2);
+  CHECK(certain_above == 0);
+  CHECK(uncertain_above > 10);
+}
+
 TEST_CASE("point_sides: the open end of a tube that lies in a solid makes nothing uncertain") {
   // A tube of large faces that ends in a ball.
   PolygonMesh tube;
@@ -251,6 +289,15 @@ TEST_CASE("point_sides: real models before and after damage", "[statistics]") {
     const PolygonMesh both = with_copy(file, 0.05 * whole.mesh.diagonal);
     const SidedMesh through_itself(both);
     check_damage("through itself", through_itself, with_holes(both, 0.05, 3));
+  }
+  // Large holes of both that lie beside each other.
+  for (const auto& [name, shift, size, seed] : {std::tuple{"paper/fandisk.off", 0.05, 0.35, 11},
+                                                {"paper/knot.obj", 0.05, 0.35, 3},
+                                                {"paper/maxplanck_25k.off", 0.3, 0.17, 7}}) {
+    INFO(name);
+    const PolygonMesh file = model_of(name), both = with_copy(file, shift * prepare_mesh(file).diagonal);
+    check_damage("large holes", SidedMesh(both),
+                 with_holes(both, 0.05, static_cast<std::uint64_t>(seed), size));
   }
 }
 
