@@ -6,8 +6,9 @@
 Each FOLDER holds models in folders that name their classes. One descriptor after the other is made by
 `meander run -j 1 --describe NAME` over the folder; its milliseconds a model are those that the run reports for the
 stage that describes (STORE.run.json), the least of --runs runs. `meander retrieve evaluate` scores it (means over
-queries, distance l1). Then a store of all descriptors is given to `meander retrieve select`, and what it
-recommends is scored with the milliseconds of its parts together. Nothing is kept from earlier measurements: run it
+queries, distance l1). Then a store of all descriptors is given to `meander retrieve words`, on one core, for local-pairs;
+to `meander retrieve select`; and to `meander retrieve evaluate` without options. What the last two use is scored with
+the milliseconds of its parts together. Nothing is kept from earlier measurements: run it
 again after a change. Python's standard library only. Exit status 1 when a run failed.
 """
 import argparse
@@ -25,6 +26,7 @@ from html import escape
 from pathlib import Path
 
 SCORES = ["NN", "1st tier", "2nd tier", "E-measure", "DCG", "mAP"]
+COMBINED = ["without options", "selected"]
 COLUMNS = ["models", "descriptor", "setting", "ms a model", *SCORES]
 
 
@@ -32,8 +34,9 @@ class Failure(Exception):
     """A run that cannot be used."""
 
 
-def run_process(command, allowed=(0,)):
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
+def run_process(command, allowed=(0,), one_core=False):
+    alone = (lambda: os.sched_setaffinity(0, [min(os.sched_getaffinity(0))])) if one_core else None
+    done = subprocess.run(command, capture_output=True, text=True, check=False, preexec_fn=alone)
     if done.returncode not in allowed:
         raise Failure(f"{' '.join(command)}: exit {done.returncode}\n{done.stderr[-2000:]}")
     return done.stdout
@@ -80,7 +83,7 @@ def find_without_bins(arguments, folder, scratch, descriptors):
 
 
 def measure_folder(arguments, folder, scratch):
-    """One row a descriptor, as COLUMNS, and one of the recommended setting."""
+    """One row a descriptor, as COLUMNS, and one of each combined setting."""
     rows, milliseconds = [], {}
     for descriptor in arguments.descriptors:
         store = scratch / "one.h5"
@@ -90,12 +93,23 @@ def measure_folder(arguments, folder, scratch):
         print(f"{folder.name}: {descriptor}: {min(times):.3g} ms a model", file=sys.stderr, flush=True)
     store = scratch / "all.h5"
     make_store(arguments, folder, store, arguments.descriptors)
+    times = []
+    for _ in range(arguments.runs):
+        words = json.loads(run_process([arguments.meander, "retrieve", "words", str(store), "--replace", "--json"],
+                                       one_core=True))
+        times.append(words["coding_milliseconds"] / words["coded"])
+    milliseconds["local-pairs"] = min(times)
+    rows.append([folder.name, "local-pairs", "cosine", min(times), *scores_of(arguments, store, "local-pairs")])
+    answer = json.loads(run_process([arguments.meander, "retrieve", "evaluate", str(store), "--json"]))
+    rows.append([folder.name, "without options", f"{answer['descriptor']}, {answer['rank']}",
+                 sum(milliseconds[part] for part in answer["descriptor"].split("+")),
+                 *(answer["results"][0][score] for score in SCORES)])
     answer = json.loads(run_process([arguments.meander, "retrieve", "select", str(store), "--most",
                                      str(arguments.most), "--json"]))
     recommended, distance = answer["recommended"]["descriptor"], answer["recommended"]["distance"]
     parts = [term.split("=")[0] for term in recommended.split("+")]
     if len(parts) > 1:
-        rows.append([folder.name, "recommended", f"{recommended}, {distance}", sum(milliseconds[p] for p in parts),
+        rows.append([folder.name, "selected", f"{recommended}, {distance}", sum(milliseconds[p] for p in parts),
                      *scores_of(arguments, store, recommended, distance)])
     return rows
 
@@ -154,7 +168,7 @@ def svg_picture(rows, score, title):
     for row in rows:
         color = COLORS[folders.index(row[0]) % len(COLORS)]
         x, y = x_of(row[3]), y_of(row[column])
-        if row[1] == "recommended":
+        if row[1] in COMBINED:
             out.append(f'<path d="M{x:.1f} {y - 6:.1f}l6 6l-6 6l-6 -6z" fill="{color}"><title>{escape(row[2])}</title></path>')
         else:
             out.append(f'<circle cx="{x:.1f}" cy="{y:.1f}" r="4.5" fill="{color}"/>')
@@ -171,7 +185,7 @@ def svg_picture(rows, score, title):
 def print_table(rows):
     print("| models | descriptor | ms a model | " + " | ".join(SCORES) + " |\n|---|---|---|" + "---|" * len(SCORES))
     for row in rows:
-        name = row[1] if row[1] != "recommended" else f"recommended: {row[2]}"
+        name = f"{row[1]}: {row[2]}" if row[1] in COMBINED else row[1]
         print(f"| {row[0]} | {name} | {row[3]:.2g} | " + " | ".join(f"{value:.3f}" for value in row[4:]) + " |")
 
 

@@ -2,7 +2,7 @@
 """What `retrieve` finds without classes, over many seeds: nearest neighbor, first tier and DCG of descriptors and rankings.
 
     ranking_study.py MEANDER MODELS [-n 1024] [--seeds 20] [--sequences shifted] [--descriptors best] [--ranks scaled,diffusion]
-    ranking_study.py MEANDER MODELS --local-points 20,40,80,160,320 --sequences shifted,random --descriptors local-pairs
+    ranking_study.py MEANDER MODELS --local-points 20,40,80,160,320,640 --sequences shifted,random --descriptors local-pairs
     ranking_study.py MEANDER MODELS --per-class 2,6,30,0
     ranking_study.py MEANDER MODELS --turned
 
@@ -113,7 +113,7 @@ def main():
     parser.add_argument("--sequences", default="shifted", help="as of `run --sequence` (default shifted)")
     parser.add_argument("--descriptors", default="best", help="combinations (default best)")
     parser.add_argument("--ranks", default="scaled,diffusion", help="as of --rank (default scaled,diffusion)")
-    parser.add_argument("--local-points", default="160", help="of `retrieve words` (default 160)")
+    parser.add_argument("--local-points", default="320", help="of `retrieve words` (default 320)")
     parser.add_argument("--per-class", default="0", help="models of a class, 0 for all (default 0)")
     parser.add_argument("--turned", action="store_true", help="turn every other model of a class inside out")
     parser.add_argument("--scratch", default=None, help="folder for stores (default: the system's)")

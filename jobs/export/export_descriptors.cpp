@@ -97,6 +97,9 @@ class DescribedRows {
     const RetrievalBase scaled = load_searched_base(store_, {.descriptor = joined(terms_), .side = side_});
     std::vector<float> factors;
     for (std::size_t t = 0; t < terms_.size(); ++t) {
+      if (terms_[t].side)
+        throw UsageError(fmt::format("{} is compared by cosine, and weights are for l1: no weights",
+                                     terms_[t].schema.name));
       if (!is_histogram(terms_[t].schema))
         throw UsageError(
             fmt::format("{} holds separate values, which an export leaves as they are: no weights",

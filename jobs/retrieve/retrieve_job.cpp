@@ -254,24 +254,33 @@ void add_setting(EvaluationPage& page, const std::string& distance, const Retrie
   page.curves.emplace_back(distance == "l1" ? name : name + ", " + distance, summary.micro);
 }
 
-// Adds every descriptor of the store on its own, after the setting that is evaluated.
-void add_descriptors(const EvaluateOptions& options, const StoreReader& store, const std::string& setting,
+// Adds every descriptor of the store, and those beside it that are in the setting, on its own, after the
+// setting that is evaluated. milliseconds: of those of the store.
+void add_descriptors(const EvaluateOptions& options, const StoreReader& store, const RetrievalBase& setting,
                      const RankParameters& rank, const TableCell& milliseconds, EvaluationPage& page) {
-  for (const DescriptorSchema& schema : store.descriptors()) {
-    if (schema.group != "descriptors" || is_companion(schema.name)) continue;
-    const std::string distance = misfit(schema, options.kind()).empty() ? options.distance : "l1";
-    if (schema.name == setting) continue;
+  std::vector<DescriptorTerm> terms;
+  for (const DescriptorSchema& schema : store.descriptors())
+    if (schema.group == "descriptors" && !is_companion(schema.name)) terms.push_back({schema});
+  for (const DescriptorTerm& term : setting.terms)
+    if (term.side) terms.push_back({term.schema, 1, term.side});
+  for (const DescriptorTerm& term : terms) {
+    const std::string& name = term.schema.name;
+    const std::string distance = misfit(term.schema, options.kind()).empty() ? options.distance : "l1";
+    if (name == joined(setting.terms)) continue;
     try {
-      const RetrievalBase base = load_labeled_base(store,
-                                                   {.descriptor = schema.name,
-                                                    .distance = value_of(distance_words, distance),
-                                                    .rank = rank,
-                                                    .memory = parse_bytes(options.memory)},
-                                                   options.classes);
+      const RetrievalBase base =
+          load_labeled_base(store,
+                            {.descriptor = name,
+                             .distance = value_of(distance_words, distance),
+                             .rank = rank,
+                             .memory = parse_bytes(options.memory),
+                             .side = term.side ? SideVectorsList{term.side} : SideVectorsList{}},
+                            options.classes);
       const RetrievalTask task = labeled_task(base, options.psb_compat);
-      add_setting(page, distance, base, evaluate_base(base, task, {}, false), milliseconds);
+      add_setting(page, distance, base, evaluate_base(base, task, {}, false),
+                  term.side ? TableCell() : milliseconds);
     } catch (const UsageError& error) {  // too few rows have it: the page says so
-      page.notes.push_back(fmt::format("{}: {}.", schema.name, error.what()));
+      page.notes.push_back(fmt::format("{}: {}.", name, error.what()));
     }
   }
 }
@@ -298,7 +307,7 @@ void write_html(const EvaluateOptions& options, const Laboratory& laboratory, co
   page.settings.columns = {{"descriptor"}, {"distance"}, {"models"}, {"ms a model"}};
   add_score_columns(page.settings.columns);
   add_setting(page, options.distance, base, summary, alone);
-  add_descriptors(options, store, joined(base.terms), rank, alone, page);
+  add_descriptors(options, store, base, rank, alone, page);
   if (alone.kind == CellKind::empty) {  // no time is known for a single descriptor
     page.settings.columns.erase(page.settings.columns.begin() + milliseconds_column);
     for (std::vector<TableCell>& row : page.settings.rows) row.erase(row.begin() + milliseconds_column);

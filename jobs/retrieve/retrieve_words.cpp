@@ -54,7 +54,9 @@ int learn_words(const WordsOptions& options) {
   if (options.shapes_pairs && !same_histograms(pairs, codes->pairs))
     throw UsageError(fmt::format("`{}` has words of other histograms ({}): --replace learns words of {}",
                                  path.string(), histograms_text(codes->pairs), histograms_text(pairs)));
+  const auto learned = std::chrono::steady_clock::now();
   const std::uint64_t made = code_rows(store, *codes);
+  const std::chrono::duration<double, std::milli> coding = std::chrono::steady_clock::now() - learned;
   const bool of_this_store = learns || are_words_of(store, *codes);
   write_local_codes(path, *codes);
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
@@ -72,6 +74,7 @@ int learn_words(const WordsOptions& options) {
                  json.member("words_of_this_store", of_this_store);
                  json.member("models", std::uint64_t{codes->codes.size()});
                  json.member("coded", made);
+                 json.member("coding_milliseconds", coding.count());
                  json.member("seconds", seconds.count());
                }));
     return exit_done;

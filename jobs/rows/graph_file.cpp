@@ -14,7 +14,7 @@ namespace meander {
 
 namespace {
 
-constexpr std::uint32_t graph_version = 1;
+constexpr std::uint32_t graph_version = 2;
 constexpr SealedKind graph_kind = {graph_magic, "a graph that this program can use",
                                    "; `meander retrieve graph` makes it anew"};
 
@@ -55,6 +55,8 @@ void write_graph(const std::filesystem::path& path, const GraphOrigin& origin, c
   bytes.put(ranking.mean);
   put_list(bytes, ranking.factors);
   put_list(bytes, ranking.reach);
+  put_list(bytes, ranking.nearest);
+  put_list(bytes, ranking.least);
   put_list(bytes, ranking.begin);
   put_list(bytes, ranking.rows);
   put_list(bytes, ranking.weights);
@@ -77,6 +79,8 @@ std::optional<RowRanking> read_graph(const std::filesystem::path& path, const Gr
   ranking.mean = bytes.take<double>();
   take_list(bytes, ranking.factors);
   take_list(bytes, ranking.reach);
+  take_list(bytes, ranking.nearest);
+  take_list(bytes, ranking.least);
   take_list(bytes, ranking.begin);
   take_list(bytes, ranking.rows);
   take_list(bytes, ranking.weights);

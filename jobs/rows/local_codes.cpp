@@ -103,7 +103,11 @@ LocalCodes learn_local_codes(const StoreReader& store, const LocalPairParameters
         histograms_of(few, store.read_samples(taken[i].second, 0, store.samples()));
     std::copy(made.begin(), made.end(), histograms.begin() + static_cast<std::ptrdiff_t>(i * each));
   });
-  codes.words = learn_local_words(histograms, local_pair_bins);
+  // A word that one model alone comes near to says nothing of the others.
+  LocalWordParameters wanted;
+  wanted.words = static_cast<std::uint32_t>(
+      std::clamp<std::size_t>(models / models_of_a_word, 1, std::size_t{wanted.words}));
+  codes.words = learn_local_words(histograms, local_pair_bins, wanted);
   return codes;
 }
 

@@ -41,6 +41,8 @@ struct LocalCodes {
 // What words are learnt from: at most so many models, those whose content has the least SHA-256, and about so
 // many histograms.
 inline constexpr std::size_t max_learnt_models = 2000, learnt_histograms = 32768;
+// Few models have fewer words than LocalWordParameters: one for so many of them.
+inline constexpr std::size_t models_of_a_word = 3;
 
 std::filesystem::path words_path(const std::string& store);
 

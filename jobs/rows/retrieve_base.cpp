@@ -144,7 +144,10 @@ RetrievalBase layout_of(const StoreReader& store, const BaseRequest& request) {
   std::vector<DescriptorBlock> blocks;
   for (const DescriptorTerm& term : base.terms) {
     if (const std::string why = misfit(term.schema, request.distance); !why.empty()) throw UsageError(why);
+    // Codes are of length 1, and their likeness is the inner product.
+    const bool is_code = term.side && term.side->local;
     blocks.push_back({{}, term.schema.width, term.weight});
+    if (is_code && request.distance == DistanceKind::l1) blocks.back().kind = DistanceKind::cosine;
   }
   base.base = empty_descriptor_base(blocks, request.distance);
   return base;

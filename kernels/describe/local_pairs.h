@@ -24,7 +24,7 @@ enum class RadiusUnit : std::uint8_t { size, spacing };
 
 struct LocalPairParameters {
   NormalSense sense = NormalSense::either_side;
-  std::uint32_t centers = 160;  // the first points, or all where there are fewer
+  std::uint32_t centers = 320;  // the first points, or all where there are fewer
   double radius = 0.7;
   RadiusUnit unit = RadiusUnit::size;
   InstructionSet instructions = InstructionSet::automatic;

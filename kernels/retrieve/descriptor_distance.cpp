@@ -26,7 +26,7 @@ void row_distances(const DescriptorBase& base, const DescriptorBase::Block& bloc
   const auto run = [&](RowDistances distances) {
     distances(query, block.values.data() + begin * block.stride, block.stride, out.size(), out.data());
   };
-  switch (base.kind) {
+  switch (block.kind) {
     case DistanceKind::l1:
     case DistanceKind::emd:
       return run(loops.absolute);
@@ -120,7 +120,6 @@ DescriptorBase empty_descriptor_base(std::span<const DescriptorBlock> blocks, Di
   if (!is_available(instructions))
     throw std::invalid_argument("the processor has no such instructions for distances");
   DescriptorBase base;
-  base.kind = kind;
   base.instructions = instructions == InstructionSet::automatic ? best_instruction_set() : instructions;
   for (const DescriptorBlock& from : blocks) {
     if (from.width == 0) throw std::invalid_argument("a block of descriptors of no values");
@@ -130,6 +129,7 @@ DescriptorBase empty_descriptor_base(std::span<const DescriptorBlock> blocks, Di
     block.width = from.width;
     block.stride = (from.width + lanes - 1) / lanes * lanes;
     block.weight = from.weight;
+    block.kind = from.kind.value_or(kind);
   }
   return base;
 }
@@ -146,7 +146,7 @@ void set_descriptor_row(DescriptorBase& base, std::size_t number, std::size_t ro
     throw std::invalid_argument("a row of descriptors does not fit its base");
   if (!std::all_of(values.begin(), values.end(), [](float v) { return std::isfinite(v); }))
     throw std::invalid_argument("a descriptor is not finite");
-  prepare_row(base.kind, values, block.values.data() + row * block.stride);
+  prepare_row(block.kind, values, block.values.data() + row * block.stride);
 }
 
 void set_descriptor_scales(DescriptorBase& base,
@@ -192,7 +192,7 @@ DescriptorQuery make_descriptor_query(const DescriptorBase& base, std::span<cons
   DescriptorQuery query;
   for (const DescriptorBase::Block& block : base.blocks) {
     if (values.size() < block.width) throw std::invalid_argument("a query does not fit the base");
-    prepare_row(base.kind, values.first(block.width), query.blocks.emplace_back(block.stride).data());
+    prepare_row(block.kind, values.first(block.width), query.blocks.emplace_back(block.stride).data());
     values = values.subspan(block.width);
   }
   if (!values.empty()) throw std::invalid_argument("a query does not fit the base");

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -17,7 +18,8 @@ namespace meander {
 struct DescriptorBlock {
   std::span<const float> values;
   std::uint32_t width = 0;
-  double weight = 1;  // positive
+  double weight = 1;                      // positive
+  std::optional<DistanceKind> kind = {};  // where it is not that of the base
 };
 
 // A base of descriptors, laid out for fast distances. With several blocks the distance is the sum of each
@@ -27,8 +29,8 @@ struct DescriptorBase {
     std::uint32_t width = 0, stride = 0;  // stride: width rounded up to 16, the rest is zero
     std::vector<float> values;            // rows x stride; running sums for emd, of length 1 for cosine
     double scale = 1, weight = 1;
+    DistanceKind kind = DistanceKind::l1;
   };
-  DistanceKind kind = DistanceKind::l1;
   std::size_t rows = 0;
   InstructionSet instructions = InstructionSet::scalar;
   std::vector<Block> blocks;

@@ -12,7 +12,7 @@
 namespace meander {
 
 struct LocalWordParameters {
-  std::uint32_t words = 16, axes = 32;  // a code has words x axes values
+  std::uint32_t words = 32, axes = 32;  // a code has words x axes values
 };
 
 // Histograms less their mean are turned to their principal axes; words are centers of clusters there.

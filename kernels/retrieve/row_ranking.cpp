@@ -198,14 +198,15 @@ std::vector<double> diffused(const Surroundings& around, double alpha) {
   return f;
 }
 
+// mutual: the row that is nearest to the query and that the query is nearest to, or not_reached.
 void add_diffusion(const RowRanking& ranking, std::size_t query, std::span<const QueryEdge> outside,
-                   std::span<float> distances) {
+                   std::uint32_t mutual, std::span<float> distances) {
   const Surroundings around = surroundings_of(ranking, query, outside);
   const std::vector<double> f = diffused(around, ranking.alpha);
   for (float& distance : distances) distance += static_cast<float>(ranking.diffusion_weight);
   for (std::size_t i = 0; i < around.nodes.size(); ++i)
     if (around.nodes[i] < distances.size()) {
-      const double share = std::sqrt(std::clamp(f[i] / f[0], 0.0, 1.0));
+      const double share = around.nodes[i] == mutual ? 1 : std::sqrt(std::clamp(f[i] / f[0], 0.0, 1.0));
       float& distance = distances[around.nodes[i]];
       distance -= static_cast<float>(ranking.diffusion_weight * share);
       distance = std::max(distance, 0.0f);
@@ -239,6 +240,8 @@ RowRanking make_row_ranking(const DescriptorBase& base, const RankParameters& pa
   ranking.alpha = parameters.alpha;
   std::vector<std::vector<Neighbor>> neighbors(base.rows);
   ranking.reach.resize(base.rows);
+  ranking.nearest.resize(base.rows);
+  ranking.least.resize(base.rows);
   parallel_blocks(base.rows, 256, [&](std::size_t begin, std::size_t end) {
     std::vector<Neighbor> candidates;
     for (std::size_t i = begin; i < end; ++i) {
@@ -247,6 +250,8 @@ RowRanking make_row_ranking(const DescriptorBase& base, const RankParameters& pa
         candidates.push_back({near.row, near.distance * (ranking.factors[i] * ranking.factors[near.row])});
       neighbors[i] = nearest_scaled(candidates, ranking.neighbors);
       ranking.reach[i] = neighbors[i].back().distance;
+      ranking.nearest[i] = neighbors[i].front().row;
+      ranking.least[i] = neighbors[i].front().distance;
     }
   });
   join_neighbors(neighbors, ranking);
@@ -259,7 +264,10 @@ void rank_row(const RowRanking& ranking, std::size_t query, std::span<float> dis
   const auto over_mean = static_cast<float>(1 / ranking.mean);
   for (std::size_t j = 0; j < distances.size(); ++j)
     distances[j] = distances[j] * (ranking.factors[query] * ranking.factors[j]) * over_mean;
-  if (ranking.kind == RankKind::diffusion) add_diffusion(ranking, query, {}, distances);
+  if (ranking.kind == RankKind::diffusion) {
+    const std::uint32_t nearest = ranking.nearest[query];
+    add_diffusion(ranking, query, {}, ranking.nearest[nearest] == query ? nearest : not_reached, distances);
+  }
   distances[query] = 0;
 }
 
@@ -274,6 +282,7 @@ void rank_outside(const RowRanking& ranking, std::span<float> distances) {
   const float factor =
       nearest[last] > 0 ? std::min(most, factor_of(static_cast<double>(nearest[last]))) : most;
   std::vector<QueryEdge> edges;
+  std::uint32_t mutual = not_reached;
   std::vector<Neighbor> all(rows);
   for (std::size_t j = 0; j < rows; ++j) {
     distances[j] *= factor * ranking.factors[j];
@@ -282,14 +291,16 @@ void rank_outside(const RowRanking& ranking, std::span<float> distances) {
   if (ranking.kind == RankKind::diffusion) {
     for (std::uint32_t j = 0; j < rows; ++j)
       if (distances[j] < ranking.reach[j]) edges.push_back({j, weight_of(distances[j])});
-    for (const Neighbor& near : nearest_scaled(std::move(all), ranking.neighbors))
+    const std::vector<Neighbor> neighbors = nearest_scaled(std::move(all), ranking.neighbors);
+    if (neighbors[0].distance <= ranking.least[neighbors[0].row]) mutual = neighbors[0].row;
+    for (const Neighbor& near : neighbors)
       if (!(near.distance < ranking.reach[near.row])) edges.push_back({near.row, weight_of(near.distance)});
     std::sort(edges.begin(), edges.end(),
               [](const QueryEdge& a, const QueryEdge& b) { return a.row < b.row; });
   }
   const auto over_mean = static_cast<float>(1 / ranking.mean);
   for (float& distance : distances) distance *= over_mean;
-  if (ranking.kind == RankKind::diffusion) add_diffusion(ranking, rows, edges, distances);
+  if (ranking.kind == RankKind::diffusion) add_diffusion(ranking, rows, edges, mutual, distances);
 }
 
 std::uint64_t row_ranking_bytes(const RankParameters& parameters, std::size_t rows) {
@@ -298,7 +309,7 @@ std::uint64_t row_ranking_bytes(const RankParameters& parameters, std::size_t ro
   const std::uint64_t nearest =
       parameters.kind == RankKind::diffusion ? candidates_of(wanted) : scale_neighbor;
   // The nearest rows; every edge as listed from both sides, and in the graph; what is kept of a row.
-  constexpr std::uint64_t edge_bytes = 24, graph_bytes = 16, row_bytes = 64;
+  constexpr std::uint64_t edge_bytes = 24, graph_bytes = 16, row_bytes = 72;
   return rows * (nearest * sizeof(NearRow) + wanted * (2 * edge_bytes + graph_bytes) + row_bytes);
 }
 

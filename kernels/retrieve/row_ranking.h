@@ -48,6 +48,10 @@ struct RowRanking {
   double mean = 1;             // of scaled distances, over scale_pairs
   std::vector<float> factors;  // of rows: 1 / root of the local scale
   std::vector<float> reach;    // of rows: scaled distance to the last neighbor
+  // Of rows: the nearest other by scaled distance, and how far it is. Two rows that are each other's nearest
+  // are as near as diffusion makes any.
+  std::vector<std::uint32_t> nearest;
+  std::vector<float> least;
   // The graph: the neighbors of row i are those from begin[i] to begin[i + 1], ascending by row; each edge
   // stands at both its rows. weights: exp(-t^2) at scaled distance t; degrees: their sums.
   std::vector<std::uint64_t> begin;

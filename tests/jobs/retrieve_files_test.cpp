@@ -49,6 +49,8 @@ struct SampledModels {
   ProcessResult retrieve(const char* command, const char* store, const Words& more = {},
                          const ProcessOptions& options = {}) const {
     Words arguments = {"retrieve", command, path(store)};
+    if (command == std::string("words"))
+      arguments.insert(arguments.end(), {"--local-points", "20"});  // quick
     arguments.insert(arguments.end(), more.begin(), more.end());
     return meander_with(arguments, options);
   }
@@ -82,11 +84,11 @@ TEST_CASE("retrieve words and graph: a kill at any moment leaves no file or a wh
     const std::string whole = models.made(command, "s.h5");
     const auto whole_time = std::chrono::steady_clock::now() - start;
     const std::string file = models.path("s.h5") + "." + command;
-    for (int part = 1; part <= 6; ++part) {
+    for (int part = 1; part <= 4; ++part) {
       // Every second time an earlier file is there.
       if (part % 2 == 0) fs::remove(file);
       ProcessOptions killed;
-      killed.signal_after = std::chrono::duration_cast<std::chrono::milliseconds>(whole_time * part / 6);
+      killed.signal_after = std::chrono::duration_cast<std::chrono::milliseconds>(whole_time * part / 4);
       models.retrieve(command, "s.h5",
                       command == std::string("words") ? Words{"--replace"} : Words{"--descriptor", "pairs"},
                       killed);
@@ -143,7 +145,7 @@ TEST_CASE("retrieve words and graph: a store that grew has what one run gives, o
   CHECK(models.made("graph", "s.h5", {"--descriptor", "pairs"}) == of_pairs);
   // The words are those of twenty models, and that is said; learned anew, all is as of one run.
   const ProcessResult kept = models.retrieve("words", "s.h5");
-  CHECK(contains(kept.out, "kept 16 words from 20 models"));
+  CHECK(contains(kept.out, "kept 6 words from 20 models"));
   CHECK(contains(kept.out, "the store as it is gives other words: --replace learns them"));
   CHECK(contains(models.retrieve("words", "s.h5", {"--json"}).out, R"("words_of_this_store":false)"));
   CHECK(read_file(models.path("s.h5.words")) != words);
@@ -183,6 +185,28 @@ TEST_CASE("retrieve words and graph: cut and foreign files are refused by name")
   }
 }
 
+TEST_CASE("retrieve words: other histograms are learned anew, and codes of one kind are kept") {
+  const SampledModels models;
+  write_models(models.scratch / "in", 0, 4, in_order);
+  models.sample("in", "s.h5");
+  const std::string words = models.made("words", "s.h5");
+  const Words spacings = {"--radius", "6", "--radius-unit", "spacing"};
+  const ProcessResult refused = models.retrieve("words", "s.h5", spacings);
+  CHECK(refused.exit_code == 2);
+  CHECK(contains(refused.err,
+                 "has words of other histograms (20 points a model, radius 0.7 x size): --replace learns "
+                 "words of 20 points a model, radius 6 x spacing"));
+  CHECK(read_file(models.path("s.h5.words")) == words);
+  CHECK(models.made("words", "s.h5", {"--radius", "6", "--radius-unit", "spacing", "--replace"}) != words);
+  // A mesh is coded as the store is: it finds itself.
+  REQUIRE(models
+              .retrieve("query", "s.h5",
+                        {"--mesh", models.path("in"), "-k", "1", "--descriptor", "local-pairs", "--csv",
+                         models.path("q.csv")})
+              .exit_code == 0);
+  CHECK(contains(read_file(models.path("q.csv")), "ring/m100.off,1,0,ring/m100.off,ring,0\n"));
+}
+
 TEST_CASE("export: codes of local pairs like any descriptor") {
   const SampledModels models;
   write_models(models.scratch / "in", 0, 6, in_order);
@@ -198,16 +222,20 @@ TEST_CASE("export: codes of local pairs like any descriptor") {
   const ProcessResult npy = exported("local-pairs", "c.npy");
   INFO(npy.err);
   REQUIRE(npy.exit_code == 0);
-  CHECK(contains(npy.out, "6 rows of 512 values"));
-  // As vectors of another program they are at the same distances.
+  CHECK(contains(npy.out, "6 rows of 64 values"));
+  // As vectors of another program they are at the same distances; by l1, the default, codes count by cosine.
   const auto found = [&](const Words& more) {
     Words arguments = {"0", "-k", "5", "--csv", models.path("q.csv")};
     arguments.insert(arguments.end(), more.begin(), more.end());
     CHECK(models.retrieve("query", "s.h5", arguments).exit_code == 0);
     return read_file(models.path("q.csv"));
   };
-  CHECK(found({"--descriptor", "local-pairs"}) ==
-        found({"--vectors", models.path("c.npy"), "--ids", models.path("c.npy.ids.csv")}));
-  REQUIRE(exported("pairs=2+local-pairs", "c.csv").exit_code == 0);
-  CHECK(contains(read_file(models.path("c.csv")), "local-pairs_b511"));
+  const std::string by_cosine = found({"--descriptor", "local-pairs", "--distance", "cosine"});
+  CHECK(found({"--vectors", models.path("c.npy"), "--ids", models.path("c.npy.ids.csv"), "--distance",
+               "cosine"}) == by_cosine);
+  CHECK(found({"--descriptor", "local-pairs"}) == by_cosine);
+  CHECK(found({"--descriptor", "local-pairs", "--distance", "l2"}) != by_cosine);
+  REQUIRE(exported("pairs+local-pairs", "c.csv").exit_code == 0);
+  CHECK(contains(read_file(models.path("c.csv")), "local-pairs_b63"));
+  CHECK(contains(exported("pairs=2+local-pairs", "w.csv").err, "local-pairs is compared by cosine"));
 }

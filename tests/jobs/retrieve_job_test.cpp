@@ -7,6 +7,7 @@
 #include "io/image/png_reader.h"
 #include "io/store/run_directory.h"
 #include "io/store/store_reader.h"
+#include "io/table/npy_header.h"
 #include "io/xml_reader.h"
 #include "support/catch.h"
 #include "support/meander_program.h"
@@ -504,6 +505,18 @@ TEST_CASE("retrieve evaluate --html: one self-contained page, whatever the ids a
       {"evaluate", scratch / "s.h5", "--html", scratch / "again.html", "--descriptor", "wide+place"});
   REQUIRE(again.exit_code == 0);
   CHECK(contains(read_file(scratch / "again.html"), "wide+place"));
+  // So are vectors beside it.
+  const std::vector<float> vectors = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10};
+  const std::uint64_t shape[] = {vectors.size(), 1};
+  write_file(scratch / "net.npy",
+             npy_header("<f4", shape) + std::string(reinterpret_cast<const char*>(vectors.data()), 44));
+  REQUIRE(retrieve({"evaluate", scratch / "s.h5", "--html", scratch / "net.html", "--descriptor", "net+place",
+                    "--vectors", scratch / "net.npy"})
+              .exit_code == 0);
+  const auto settings = named(XmlReader::read(read_file(scratch / "net.html")), "td");
+  for (const char* name : {"net+place", "place", "flat", "wide", "net"})
+    CHECK(std::count_if(settings.begin(), settings.end(),
+                        [&](const auto& cell) { return cell.text == name; }) == 1);
   write_file(scratch / "notes.txt", "mine");
   CHECK(retrieve({"evaluate", scratch / "s.h5", "--html", scratch / "notes.txt"}).exit_code == 2);
   CHECK(read_file(scratch / "notes.txt") == "mine");

@@ -84,12 +84,14 @@ SlowDiffusion slow_diffusion(const DescriptorBase& base, std::size_t query, std:
   const std::size_t n = base.rows;
   const Matrix scaled = slow_scaled(base);
   Matrix weight(n, std::vector<double>(n, 0)), has(n, std::vector<double>(n, 0));
+  std::vector<std::size_t> nearest(n);
   for (std::size_t i = 0; i < n; ++i) {
     std::vector<std::size_t> order(n);
     std::iota(order.begin(), order.end(), std::size_t{0});
     order.erase(order.begin() + static_cast<std::ptrdiff_t>(i));
     std::sort(order.begin(), order.end(),
               [&](std::size_t a, std::size_t b) { return scaled[i][a] < scaled[i][b]; });
+    nearest[i] = order[0];
     for (std::size_t k = 0; k < neighbors; ++k) {
       const std::size_t j = order[k];
       weight[i][j] = weight[j][i] = std::exp(-scaled[i][j] * scaled[i][j]);
@@ -114,9 +116,11 @@ SlowDiffusion slow_diffusion(const DescriptorBase& base, std::size_t query, std:
   for (const auto& [i, j] : pairs) mean += scaled[i][j] / static_cast<double>(pairs.size());
   SlowDiffusion result{{}, mutual / static_cast<double>(n * neighbors)};
   const double share = std::min(0.5, result.mutual_share);
-  for (std::size_t j = 0; j < n; ++j)
-    result.ranked.push_back(scaled[query][j] / mean +
-                            share * (1 - std::sqrt(std::min(1.0, f[j] / f[query]))));
+  for (std::size_t j = 0; j < n; ++j) {
+    const bool mutual_nearest = nearest[query] == j && nearest[j] == query;
+    const double reached = mutual_nearest ? 1 : std::sqrt(std::min(1.0, f[j] / f[query]));
+    result.ranked.push_back(scaled[query][j] / mean + share * (1 - reached));
+  }
   return result;
 }
 
@@ -181,6 +185,28 @@ TEST_CASE("row ranking: diffusion follows a line to rows that are no nearer than
   // What diffusion does not reach is at its scaled distance and the whole weight.
   CHECK(static_cast<double>(found[28]) ==
         Approx(static_cast<double>(scaled[28]) + ranking.diffusion_weight).epsilon(1e-5));
+}
+
+TEST_CASE("row ranking: of rows that are each other's nearest diffusion makes no other the nearest") {
+  const std::vector<float> values = random_places(300, 3, 12);
+  const DescriptorBase base = ranked_base(values, 3);
+  const RowRanking scaled = make_row_ranking(base, {.kind = RankKind::scaled}),
+                   diffusion = make_row_ranking(base, {.kind = RankKind::diffusion, .alpha = 0.99});
+  const auto nearest = [&](const RowRanking& ranking, std::size_t row) {
+    return std::size_t{nearest_of(ranked(base, ranking, row), row, 1)[0].row};
+  };
+  std::size_t pairs = 0, moved = 0;
+  for (std::size_t i = 0; i < base.rows; ++i) {
+    const std::size_t j = nearest(scaled, i);
+    if (nearest(scaled, j) == i) {
+      ++pairs;
+      CHECK(nearest(diffusion, i) == j);
+    } else {
+      moved += nearest(diffusion, i) != j;
+    }
+  }
+  CHECK(pairs > 100);
+  CHECK(moved > 0);
 }
 
 TEST_CASE("row ranking: the same bits for any number of threads") {
