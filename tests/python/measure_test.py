@@ -5,6 +5,7 @@
 """
 import os
 import re
+import runpy
 import shutil
 import subprocess
 import sys
@@ -57,8 +58,7 @@ expect("--list", listed, spec.stdout.split())
 
 # ---- a copy of them in which something is wrong, without the history
 
-DOCUMENTS = ["README.md", *("docs/%s.md" % name for name in (
-    "QUALITY", "CHOOSING", "STAGES", "PROMISES", "PICTURES", "LABORATORY", "REMESH", "RETRIEVAL"))]
+DOCUMENTS = runpy.run_path(str(SOURCES / "docs/measure"), run_name="measure")["DOCUMENTS"]
 TABLE = re.compile(r"<!-- measured (\S+) (\S+) (\S+) -->\n(?=\|)")  # a mark directly above a table
 text = (SOURCES / "README.md").read_text()
 mark = TABLE.search(text)
