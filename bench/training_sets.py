@@ -4,10 +4,10 @@
     training_sets.py MEANDER FOLDER... [--every 1] [--json FILE]
 
 Every --every-th model below each FOLDER, in order of the names, is made into a store of its own by one process with
-`-j 1`: 124,928 samples, as many points on sharp edges, and 624,640 signed distances as float16. The seconds are those of
-user and system of the whole process, the store included. The table has median, ninth decile and largest, the share of
-each stage of the busy seconds of all, and the same of runs with `--sign none`, whose difference is what sides cost. Models that have no row
-are counted. Python's standard library only. Exit status 1 when none has a row.
+`-j 1`: 124,928 samples, as many points on sharp edges, and 624,640 signed distances as float16. The seconds are those
+of user and system of the whole process, the store included. The table has median, ninth decile and largest, the share
+of each stage of the busy seconds of all, and the same of runs with `--sign none`, whose difference is what sides cost.
+Models that have no row are counted. Python's standard library only. Exit status 1 when none has a row.
 """
 import argparse
 import json
