@@ -7,8 +7,11 @@
 #include <cstring>
 #include <filesystem>
 #include <limits>
+#include <numeric>
 #include <optional>
 #include <sstream>
+#include <string>
+#include <unordered_map>
 #include <vector>
 
 #include "io/file/file_bytes.h"
@@ -23,6 +26,7 @@ namespace meander {
 namespace {
 
 constexpr std::uint64_t max_width = 65536;
+constexpr std::uint64_t no_vector = std::numeric_limits<std::uint64_t>::max();
 
 struct Matrix {
   std::uint64_t rows = 0;
@@ -94,6 +98,31 @@ std::vector<std::string> read_ids(const std::string& path) {
   return ids;
 }
 
+// Of each row of the store, in order: the store keeps ids in blocks, which a search for one after the other would
+// read again and again.
+std::unordered_map<std::string, std::uint64_t> rows_by_id(const StoreReader& store) {
+  std::unordered_map<std::string, std::uint64_t> rows;
+  rows.reserve(store.rows());
+  for (std::uint64_t row = 0; row < store.rows(); ++row) rows.emplace(store.id(row), row);
+  return rows;
+}
+
+// The vector of each row of the store, from the ids of the vectors.
+std::vector<std::uint64_t> vectors_of_rows(const StoreReader& store, const std::vector<std::string>& read,
+                                           const std::string& ids) {
+  const std::unordered_map<std::string, std::uint64_t> rows = rows_by_id(store);
+  std::vector<std::uint64_t> vector_of(store.rows(), no_vector);
+  for (std::size_t i = 0; i < read.size(); ++i) {
+    const auto row = rows.find(read[i]);
+    if (row == rows.end())
+      throw UsageError(fmt::format("--ids: the store has no model `{}` of `{}`", read[i], ids));
+    if (vector_of[row->second] != no_vector)
+      throw UsageError(fmt::format("--ids: `{}` has `{}` twice", ids, read[i]));
+    vector_of[row->second] = i;
+  }
+  return vector_of;
+}
+
 }  // namespace
 
 std::string foreign_name(const std::string& vectors) {
@@ -110,32 +139,27 @@ std::shared_ptr<const SideVectors> read_foreign_vectors(const StoreReader& store
     if (schema.name == name)
       throw UsageError(fmt::format("--vectors: the store has a descriptor `{}`: rename `{}`", name, vectors));
   const Matrix matrix = read_matrix(vectors);
-  std::vector<std::uint64_t> rows(matrix.rows);
+  std::vector<std::uint64_t> vector_of;
   if (ids.empty()) {
     if (matrix.rows != store.rows())
       throw UsageError(fmt::format("--vectors: `{}` has {} rows and the store {}: give their ids with --ids",
                                    vectors, matrix.rows, store.rows()));
-    for (std::uint64_t row = 0; row < rows.size(); ++row) rows[row] = row;
+    vector_of.resize(store.rows());
+    std::iota(vector_of.begin(), vector_of.end(), std::uint64_t{0});
   } else {
     const std::vector<std::string> read = read_ids(ids);
     if (read.size() != matrix.rows)
       throw UsageError(
           fmt::format("--ids: `{}` has {} ids and `{}` {} rows", ids, read.size(), vectors, matrix.rows));
-    std::vector<std::uint8_t> taken(store.rows(), 0);
-    for (std::size_t i = 0; i < read.size(); ++i) {
-      const auto row = store.find(read[i]);
-      if (!row) throw UsageError(fmt::format("--ids: the store has no model `{}` of `{}`", read[i], ids));
-      if (taken[*row]++ != 0) throw UsageError(fmt::format("--ids: `{}` has `{}` twice", ids, read[i]));
-      rows[i] = *row;
-    }
+    vector_of = vectors_of_rows(store, read, ids);
   }
   auto made = std::make_shared<SideVectors>();
   made->schema = {name, matrix.width, {{"value", "vectors of " + vectors}}, vectors_group};
   made->values.assign(store.rows() * matrix.width, std::numeric_limits<float>::quiet_NaN());
-  for (std::size_t i = 0; i < rows.size(); ++i)
-    if (store.report(rows[i]).status == Status::ok)
-      std::copy_n(matrix.values.begin() + static_cast<std::ptrdiff_t>(i * matrix.width), matrix.width,
-                  made->values.begin() + static_cast<std::ptrdiff_t>(rows[i] * matrix.width));
+  for (std::uint64_t row = 0; row < store.rows(); ++row)
+    if (vector_of[row] != no_vector && store.report(row).status == Status::ok)
+      std::copy_n(matrix.values.begin() + static_cast<std::ptrdiff_t>(vector_of[row] * matrix.width),
+                  matrix.width, made->values.begin() + static_cast<std::ptrdiff_t>(row * matrix.width));
   return made;
 }
 
