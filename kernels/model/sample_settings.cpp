@@ -323,7 +323,8 @@ void add_query_settings(SampleSettings& list) {
       .acting(has_moves, "applies to --queries near=... and near-sharp=... only");
   list.number(
           "queries_cut", "--queries-cut", [](auto& p) -> auto& { return p.queries.cut; }, 0,
-          largest_query_size, "Take Gaussians that are no larger than this, in units of sizes (0: all)")
+          largest_query_size,
+          "Take Gaussian moves that are no larger than this, in the unit of the sizes (0: all)")
       .in_python("queries_cut")
       .only_recorded([](const P& p) { return p.queries.cut > 0; })
       .acting(has_gaussians, "applies to --queries near=... and near-sharp=... with Gaussian moves only");

@@ -72,10 +72,10 @@ std::optional<SignRule> chosen_rule(SignChoice choice, const PreparedMesh& mesh,
 // what the open edges make of the way (winding_change), where their field is even enough; and those of all
 // triangles elsewhere, strictly within an error of 0.02 near the threshold, to which the way adds 0.02. Far
 // from it they err by 0.01, and 0.1 at most, on real models. Uncertain within uncertain_winding of the
-// threshold; where the nearest point lies on an open edge, unless the number is within 0.03 of a whole one, or
-// above 1; and where several holes are near, unless they agree (OpenHoles).
-// Shell: see shell_side; points of cells of the surface have the side of a point up to a cell away, if a way
-// along the curve leads there past all triangles.
+// threshold; where the nearest point lies on an open edge, unless the number is within 0.03 of a whole one,
+// or above 1; and where several holes are near, unless they agree (OpenHoles). Shell: see shell_side; points
+// of cells of the surface have the side of a point up to a cell away, if a way along the curve leads there
+// past all triangles.
 //
 // Parallel; the same for every thread count. Points are taken in the order of `nearest`. Throws
 // std::invalid_argument for the rule closed where the surface is not, and for arrays that do not fit; timeout
