@@ -27,11 +27,9 @@ struct WordsOptions {
   StoreCheck check = StoreCheck::every_byte;
 };
 
-constexpr Word<RadiusUnit> unit_words[] = {{"size", RadiusUnit::size}, {"spacing", RadiusUnit::spacing}};
-
 std::string histograms_text(const LocalPairParameters& pairs) {
   return fmt::format("{} points a model, radius {} x {}", pairs.centers, pairs.radius,
-                     text_of(unit_words, pairs.unit));
+                     text_of(radius_unit_words, pairs.unit));
 }
 
 bool same_histograms(const LocalPairParameters& a, const LocalPairParameters& b) {
@@ -49,7 +47,7 @@ int learn_words(const WordsOptions& options) {
   if (!options.replace) codes = read_local_codes(path);
   const bool learns = !codes;
   LocalPairParameters pairs = options.pairs;
-  pairs.unit = value_of(unit_words, options.unit);
+  pairs.unit = value_of(radius_unit_words, options.unit);
   if (learns) codes = learn_local_codes(store, pairs);
   if (options.shapes_pairs && !same_histograms(pairs, codes->pairs))
     throw UsageError(fmt::format("`{}` has words of other histograms ({}): --replace learns words of {}",
@@ -68,7 +66,7 @@ int learn_words(const WordsOptions& options) {
                  json.member("values", std::uint64_t{codes->words.values()});
                  json.member("local_points", std::uint64_t{codes->pairs.centers});
                  json.member("radius", codes->pairs.radius);
-                 json.member("radius_unit", text_of(unit_words, codes->pairs.unit));
+                 json.member("radius_unit", text_of(radius_unit_words, codes->pairs.unit));
                  json.member("learned_now", learns);
                  json.member("learned_from", std::uint64_t{codes->learnt_from});
                  json.member("words_of_this_store", of_this_store);
@@ -121,7 +119,7 @@ JobFunction add_words_command(Command& retrieve) {
                   "size: the root mean square distance of the samples from their centroid; spacing: the mean "
                   "distance of a sample to the nearest other")
       .show_default()
-      .one_of(all_words(unit_words))
+      .one_of(all_words(radius_unit_words))
       .on_given(given);
   command.add_flag("--json", options->json, "Print the summary as JSON").common();
   add_trust_option(command, options->check);

@@ -98,7 +98,7 @@ std::vector<std::string> read_ids(const std::string& path) {
   return ids;
 }
 
-// Of each row of the store, in order: the store keeps ids in blocks, which a search for one after the other
+// Reads ids in the order of the rows: the store keeps them in blocks, which a search for one after the other
 // would read again and again.
 std::unordered_map<std::string, std::uint64_t> rows_by_id(const StoreReader& store) {
   std::unordered_map<std::string, std::uint64_t> rows;

@@ -8,6 +8,7 @@
 
 #include "kernels/core/cancel.h"
 #include "kernels/core/instruction_set.h"
+#include "kernels/core/words.h"
 #include "kernels/describe/oriented_pairs.h"
 
 namespace meander {
@@ -18,9 +19,11 @@ inline constexpr std::uint32_t local_distance_bins = pair_distance_bins - 1;
 inline constexpr std::uint32_t local_pair_bins =
     oriented_pair_bins / pair_distance_bins * local_distance_bins;
 
-// What a radius is a multiple of: the root mean square distance of the points from their centroid (size), or
-// the mean distance of a point to the nearest other one (spacing).
+// A radius is a multiple of the root mean square distance of the points from their centroid (size), or of the
+// mean distance of a point to the nearest other one (spacing).
 enum class RadiusUnit : std::uint8_t { size, spacing };
+inline constexpr Word<RadiusUnit> radius_unit_words[] = {{"size", RadiusUnit::size},
+                                                         {"spacing", RadiusUnit::spacing}};
 
 struct LocalPairParameters {
   NormalSense sense = NormalSense::either_side;

@@ -1,4 +1,4 @@
-// What closes a surface with holes, roughly: cones from its open edges to the middle of each hole.
+// Cones from the open edges of a surface to the middle of each hole, which close it, roughly.
 #pragma once
 
 #include <cstddef>

@@ -10,7 +10,7 @@ namespace meander {
 namespace {
 
 // Triangles of a hole from which on it has a tree, and holes near a point from which on its side is in doubt.
-constexpr std::size_t large_hole = 32, most_holes = 64;
+constexpr std::size_t large_hole = 32, max_holes = 64;
 constexpr double cone_bound = 0.25;  // of errors; on cones they err by 500 times less
 
 }  // namespace
@@ -20,7 +20,7 @@ OpenHoles::Own::Own(const ClosingCones& cones, std::span<const std::uint32_t> tr
       winding(build_winding_tree(tree, {}, cone_bound)) {}
 
 OpenHoles::OpenHoles(const OrientedSurface& oriented, std::size_t triangles) {
-  if (oriented.open_edges == 0 || oriented.open_edges > most_open_edges * static_cast<double>(triangles))
+  if (oriented.open_edges == 0 || oriented.open_edges > max_open_edges * static_cast<double>(triangles))
     return;
   cones_ = closing_cones(oriented.boundary);
   all_.emplace(cones_, cones_.triangles);
@@ -40,7 +40,7 @@ OpenHoles::OpenHoles(const OrientedSurface& oriented, std::size_t triangles) {
 bool OpenHoles::agree(Vector3 at, double winding) const {
   if (near_.count() == 0) return true;
   const double point[3] = {at.x, at.y, at.z};
-  std::array<std::uint32_t, most_holes> near;
+  std::array<std::uint32_t, max_holes> near;
   std::size_t count = 0;
   const bool all = visit_near(near_, point, point, [&](std::uint32_t h) {
     if (distance(at, tip(h)) > reach_[h]) return true;

@@ -25,7 +25,7 @@ class OpenHoles {
   // directions, as seen from the point.
   static constexpr double doubtful_share = 0.15;
   // Of the triangles. A surface with more open edges is not nearly closed, and nothing is looked at.
-  static constexpr double most_open_edges = 0.25;
+  static constexpr double max_open_edges = 0.25;
 
   OpenHoles(const OrientedSurface& oriented, std::size_t triangles);
 
@@ -59,7 +59,7 @@ class OpenHoles {
 
 // Upper bound of the bytes that it takes, while it is made and later.
 constexpr double open_holes_bytes(double triangles) {
-  const double cones = OpenHoles::most_open_edges * triangles;
+  const double cones = OpenHoles::max_open_edges * triangles;
   // All cones, once more those of large holes, each with the least of a tree, and balls.
   constexpr double bytes_per_cone = 500;
   return closing_cones_bytes(cones) + 2 * (triangle_tree_bytes(cones) + winding_tree_bytes(cones)) +
