@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <map>
 #include <numbers>
 #include <numeric>
 #include <stdexcept>
+#include <unordered_map>
 
 #include "kernels/core/check_range.h"
 #include "kernels/core/parallel.h"
@@ -17,7 +19,6 @@
 #include "kernels/sample/stratum_lists.h"
 
 namespace meander {
-
 using namespace spaced;
 
 namespace {
@@ -30,12 +31,17 @@ constexpr float short_factor = 1.1f, min_short_reach = 0.715f * static_cast<floa
 constexpr float flat_fullness = 1.02f, stacked_fullness = 1.15f;
 // Where the surface within reach is more than this times that of a plane, sheets lie on each other, and
 // samples cannot be so far apart.
-constexpr float one_sheet = 2.2f;
+constexpr float one_sheet = 2.5f;
 // Weights of the short kernel, while all samples move and in repairs.
 constexpr float short_weight = 2, repair_weight = 10;
 // How much of its own stratum's attraction a place loses for what is missing of the surface around it
 // (measured: docs/METHODS.md 7.5).
 constexpr float border_balance = 1.5f;
+// What is missing is missing beside a plane, and so much of what more surface there is around.
+constexpr float sheet_balance = 0.8f;
+// The share of their weight that repairs keep in stacks of sheets, which begins so much beyond
+// stacked_fullness: what drives samples apart drives them to the rims of thin plates.
+constexpr float stacked_repair = 0.1f, stack_ramp = 0.3f;
 // Strata farther away than this, in spacings, attract by their moments.
 constexpr float near_gap = 0.25f;
 // Strata of at least so many leaves count as equal where some have one more.
@@ -75,11 +81,22 @@ constexpr unsigned max_doublings = 3;
 constexpr std::uint32_t passes_alone = 4;
 constexpr float make_room = 1.6f;
 constexpr std::uint32_t few_left = 64;
+// Of the samples that are too near in the end, no more than one in so many leaves its stratum in a round: for
+// a place of another one within so many spacings, one that is offered or one of so many new ones. The spacing
+// there differs by at most this factor. In stacks of more sheets than this samples stay.
+constexpr std::uint32_t few_leave = 64, leave_places = 24;
+constexpr float leave_within = 2, leave_factor = 1.25f, max_leave_fullness = 3;
 // A sweep visits the strata in so many groups at random; those of one group do not see each other move.
 constexpr std::uint32_t groups = 16;
 constexpr std::size_t check_interval = 16;
 // What SpacingParameters may ask for.
-constexpr std::uint32_t max_sweeps = 64, max_refinements = 16, max_repairs = 64;
+constexpr std::uint32_t max_sweeps = 64, max_refinements = 16, max_repairs = 64, max_leave_rounds = 8;
+
+// The place that a sample which left its stratum has taken: `number` of stratum `host`.
+struct TakenPlace {
+  std::uint32_t host, number;
+};
+using TakenPlaces = std::map<std::uint32_t, TakenPlace>;  // by the sample's stratum
 
 // The samples of one level.
 class SpacedLevel {
@@ -130,15 +147,16 @@ class SpacedLevel {
         return choose_new(s, near_place | (share * near_numbers + pass * count), count, sweep_weight(s),
                           visit);
       });
+    std::vector<std::uint32_t> all = free;
     for (std::uint32_t pass = 0; pass < parameters_.repairs; ++pass) {
-      free = nearest_of(free, pass);
+      free = to_repair(free, pass);
       const auto move = [&](std::uint32_t s, Visit& visit) {
         // Fewer are left in each pass, and those need more places.
         const std::uint32_t more = std::min(pass + 1, max_repair_factor);
         const std::uint32_t first =
             parameters_.candidates + pass * max_repair_factor * parameters_.repair_candidates;
         return choose_new(s, first, more * parameters_.repair_candidates,
-                          repair_weight * static_cast<float>(1u << std::min(pass, max_doublings)), visit);
+                          stacked_weight(s) * static_cast<float>(1u << std::min(pass, max_doublings)), visit);
       };
       // The last pass goes in one turn, so that no two of its samples miss each other.
       if (pass + 1 < parameters_.repairs)
@@ -146,13 +164,19 @@ class SpacedLevel {
       else
         visit_in_turn(free, move);
     }
+    for (std::uint32_t round = 0; round < parameters_.leave_rounds; ++round) {
+      all = too_near(all);
+      leave_strata(first_of(all, 1.0 / few_leave));
+    }
   }
 
-  // By stratum: which of its places the sample has taken.
+  // By stratum: which of its places the sample has taken, or had when it left.
   std::vector<std::uint32_t> take_numbers() { return std::move(number_); }
+  // Of the samples that have left their strata.
+  TakenPlaces take_places() { return std::move(taken_); }
 
  private:
-  static constexpr std::uint32_t held = 0xFFFFFFFFu;
+  static constexpr std::uint32_t held = 0xFFFFFFFFu, no_slot = 0xFFFFFFFFu;
   bool is_held(std::uint32_t stratum) const { return number_[stratum] == held; }
 
   // Where a sample goes.
@@ -171,7 +195,8 @@ class SpacedLevel {
     std::vector<float> energy, own;     // of the places, and what their own stratum attracts
     std::vector<PointDraw> draws;       // of new places,
     std::vector<StratumPoint> points;
-    std::vector<std::uint32_t> number;  // and of `places`
+    std::vector<std::uint32_t> number;  // and of `places`,
+    std::vector<std::uint32_t> host;    // and their strata, where these differ
   };
 
   // The farthest that anything within the reach of a stratum, or within `distance` in its metric, is in
@@ -464,35 +489,76 @@ class SpacedLevel {
   void find_attraction(const std::vector<std::uint32_t>& strata) {
     const std::size_t places = offered_.places();
     if (strata.size() < blocks_.count) {
-      slot_.resize(blocks_.count);
+      slot_.assign(blocks_.count, no_slot);
       for (std::size_t i = 0; i < strata.size(); ++i) slot_[strata[i]] = static_cast<std::uint32_t>(i);
     }
     attraction_ = PackedRows(strata.size(), places);
     fullness_.resize(strata.size());
+    around_.resize(strata.size());
+    visit_all(strata, [&](std::size_t i, std::uint32_t s, Visit& visit) {
+      load_places(s, visit);
+      attract(s, visit);
+      float mean = 0;
+      for (const float energy : visit.energy) mean += energy / static_cast<float>(places);
+      const float flat = static_cast<float>(std::numbers::pi / 6) * reach_[s] * reach_[s];
+      fullness_[i] = mean / flat;
+      around_[i] = 1;
+      const float share = own_share(s);
+      for (std::size_t k = 0; k < places; ++k) visit.energy[k] -= share * visit.own[k];
+      attraction_.write(i, visit.energy);
+    });
+    visit_all(strata, [&](std::size_t i, std::uint32_t s, Visit& visit) {
+      const float before = own_share(s);
+      around_[i] = mean_fullness(visit.near);
+      const float more = own_share(s) - before;
+      if (more == 0) return;
+      load_places(s, visit);
+      visit.near.clear();
+      attract(s, visit);
+      attraction_.read(i, visit.energy);
+      for (std::size_t k = 0; k < places; ++k) visit.energy[k] -= more * visit.own[k];
+      attraction_.write(i, visit.energy);
+    });
+  }
+  // visit_stratum(i, strata[i], visit) for all, with what is near it in visit.near.
+  template <class VisitStratum>
+  void visit_all(const std::vector<std::uint32_t>& strata, const VisitStratum& visit_stratum) {
     parallel_tasks((strata.size() + draw_block - 1) / draw_block, [&](std::size_t block) {
       cancel_.check();
       Visit visit;
       const std::size_t end = std::min((block + 1) * draw_block, strata.size());
       for (std::size_t i = block * draw_block; i < end; ++i) {
-        const std::uint32_t s = strata[i];
-        near_.read(s, visit.near);
-        visit.places.resize(places);
-        offered_.load(s, visit.places, 0);
-        attract(s, visit);
-        float mean = 0;
-        for (const float energy : visit.energy) mean += energy / static_cast<float>(places);
-        const float flat = static_cast<float>(std::numbers::pi / 6) * reach_[s] * reach_[s];
-        fullness_[i] = mean / flat;
-        const float share = own_share(s);
-        for (std::size_t k = 0; k < places; ++k) visit.energy[k] -= share * visit.own[k];
-        attraction_.write(i, visit.energy);
+        near_.read(strata[i], visit.near);
+        visit_stratum(i, strata[i], visit);
       }
     });
   }
+  void load_places(std::uint32_t stratum, Visit& visit) const {
+    visit.places.resize(offered_.places());
+    offered_.load(stratum, visit.places, 0);
+  }
+  // Of strata, as far as it is known.
+  float mean_fullness(const std::vector<std::uint32_t>& strata) const {
+    float sum = 0, count = 0;
+    for (const std::uint32_t s : strata) {
+      if (is_held(s)) continue;
+      sum += fullness_[slot_of(s)];
+      count += 1;
+    }
+    return count > 0 ? sum / count : 1.0f;
+  }
 
-  // How much of its own stratum's attraction a place loses.
+  // How much of its own stratum's attraction a place loses: at a border, surface is missing.
   float own_share(std::uint32_t stratum) const {
-    return std::clamp(border_balance * (1 - fullness_[slot_of(stratum)]), 0.0f, 1.0f);
+    const std::size_t slot = slot_of(stratum);
+    const float whole = 1 + sheet_balance * std::max(around_[slot] - flat_fullness, 0.0f);
+    return std::clamp(border_balance * (1 - fullness_[slot] / whole), 0.0f, 1.0f);
+  }
+  // Weight of the short kernel in repairs.
+  float stacked_weight(std::uint32_t stratum) const {
+    const std::size_t slot = slot_of(stratum);
+    const float stack = (std::max(fullness_[slot], around_[slot]) - stacked_fullness) / stack_ramp;
+    return repair_weight * (1 - (1 - stacked_repair) * std::clamp(stack, 0.0f, 1.0f));
   }
   // Nearer than this is too near.
   float min_distance(std::uint32_t stratum) const {
@@ -585,15 +651,20 @@ class SpacedLevel {
     return {best, offered_.place(stratum, best)};
   }
 
-  // The same among new places, `first` and the numbers after it; the sample may stay.
-  Choice choose_new(std::uint32_t stratum, std::uint32_t first, std::uint32_t count, float weight,
-                    Visit& visit) const {
+  // Draws new places, `first` and the numbers after it, into visit.draws and visit.points.
+  void draw_new(std::uint32_t stratum, std::uint32_t first, std::uint32_t count, Visit& visit) const {
     visit.draws.resize(count);
     visit.points.resize(count);
     for (std::uint32_t k = 0; k < count; ++k) visit.draws[k] = offer_.draw({level_, stratum, first + k});
     std::sort(visit.draws.begin(), visit.draws.end(),
               [](const PointDraw& a, const PointDraw& b) { return a.at < b.at; });
     strata_.draw(visit.draws, visit.points);
+  }
+
+  // The same among new places, `first` and the numbers after it; the sample may stay.
+  Choice choose_new(std::uint32_t stratum, std::uint32_t first, std::uint32_t count, float weight,
+                    Visit& visit) const {
+    draw_new(stratum, first, count, visit);
     ask_about_sample(stratum, visit);
     visit.number.assign(1, number_[stratum]);
     for (std::uint32_t k = 0; k < count; ++k) {
@@ -627,10 +698,8 @@ class SpacedLevel {
     places_to_metric(stratum, visit);
   }
 
-  // Those whose sample is too near to another one, the nearest ones where there are more than a share of all:
-  // where samples cannot be so far apart, as in stacked sheets, not all are moved again and again. And what
-  // add_partners adds.
-  std::vector<std::uint32_t> nearest_of(const std::vector<std::uint32_t>& strata, std::uint32_t pass) const {
+  // Those whose sample is too near to another one, the nearest first.
+  std::vector<std::uint32_t> too_near(const std::vector<std::uint32_t>& strata) const {
     std::vector<float> distance(strata.size());
     parallel_blocks(strata.size(), draw_block, [&](std::size_t begin, std::size_t end) {
       cancel_.check();
@@ -648,14 +717,23 @@ class SpacedLevel {
     std::vector<std::pair<float, std::uint32_t>> near;
     for (std::size_t i = 0; i < strata.size(); ++i)
       if (distance[i] < 1 - 1e-6f) near.push_back({distance[i], strata[i]});
-    const double share = parameters_.repair_share / ((pass + 1.0) * (pass + 1.0));
-    const auto most = static_cast<std::size_t>(std::ceil(share * blocks_.count));
-    if (near.size() > most) {
-      std::nth_element(near.begin(), near.begin() + static_cast<std::ptrdiff_t>(most), near.end());
-      near.resize(most);
-    }
+    std::sort(near.begin(), near.end());
     std::vector<std::uint32_t> result;
-    for (const auto& [d, stratum] : near) result.push_back(stratum);
+    for (const auto& [nearest, stratum] : near) result.push_back(stratum);
+    return result;
+  }
+  // The first of these, no more than a share of all strata: where samples cannot be so far apart, as in
+  // stacked sheets, not all are moved again and again.
+  std::vector<std::uint32_t> first_of(std::vector<std::uint32_t> strata, double share) const {
+    const auto most = static_cast<std::size_t>(std::ceil(share * blocks_.count));
+    strata.resize(std::min(strata.size(), most));
+    return strata;
+  }
+
+  // What a pass of repairs moves, ascending: those, and what add_partners adds.
+  std::vector<std::uint32_t> to_repair(const std::vector<std::uint32_t>& strata, std::uint32_t pass) const {
+    std::vector<std::uint32_t> result =
+        first_of(too_near(strata), parameters_.repair_share / ((pass + 1.0) * (pass + 1.0)));
     if (result.size() <= blocks_.count / few_left) add_partners(pass < passes_alone ? 1 : make_room, result);
     std::sort(result.begin(), result.end());
     result.erase(std::unique(result.begin(), result.end()), result.end());
@@ -676,6 +754,111 @@ class SpacedLevel {
         if (!is_held(visit.near[sample])) strata.push_back(visit.near[sample]);
       });
     }
+  }
+
+  // Moves samples that are too near to another one out of their strata, one after the other: to the nearest
+  // place around with room enough, or else to the one with the most room.
+  void leave_strata(const std::vector<std::uint32_t>& strata) {
+    Visit visit;
+    for (std::size_t i = 0; i < strata.size(); ++i) {
+      if (i % check_interval == 0) cancel_.check();
+      const std::uint32_t s = strata[i];
+      if (fullness_[slot_of(s)] > max_leave_fullness) continue;
+      near_.read(s, visit.near);
+      add_hosted(s, visit.near);
+      const std::size_t known = visit.near.size();
+      for (const bool anew : {false, true}) {
+        visit.near.resize(known);
+        offer_around(s, anew, visit);
+        find_samples(s, visit);
+        places_to_metric(s, visit);
+        find_room(s, visit);
+        const std::size_t best = roomiest(visit);
+        if (best > 0) leave(s, {visit.host[best], visit.number[best]});
+        if (visit.energy[best] >= 1) break;
+      }
+    }
+  }
+
+  // Asks about the sample of a stratum and places around that: those that the strata have offered, or new
+  // ones. Farther away not all samples are known.
+  void offer_around(std::uint32_t stratum, bool anew, Visit& visit) const {
+    const float distance = in_space(stratum, std::min(leave_within, reach_[stratum] - 1) * spacing_[stratum]);
+    ask_about_sample(stratum, visit);
+    visit.number.assign(1, number_[stratum]);
+    visit.host.assign(1, stratum);
+    if (distance <= 0) return;
+    const auto offer = [&](std::uint32_t host, std::uint32_t number, const Point& at) {
+      if (!may_touch(stratum, {{at.x, at.y, at.z}, {at.x, at.y, at.z}}, distance, visit.torn)) return;
+      visit.places.push_back(at.x, at.y, at.z);
+      visit.number.push_back(number);
+      visit.host.push_back(host);
+    };
+    for (const std::uint32_t other : visit.near) {
+      if (!may_host(other, stratum)) continue;
+      if (anew) {
+        draw_new(other, parameters_.candidates, leave_places, visit);
+        for (std::size_t k = 0; k < leave_places; ++k)
+          offer(other, visit.draws[k].number, point_at(visit.points[k]));
+      } else {
+        for (std::uint32_t k = 0; k < offered_.places(); ++k) offer(other, k, offered_.place(other, k));
+      }
+    }
+  }
+  // At borders there seems to be room: rims of plates would fill.
+  bool may_host(std::uint32_t host, std::uint32_t stratum) const {
+    return !is_held(host) && own_share(host) == 0 && spacing_[host] <= leave_factor * spacing_[stratum] &&
+           spacing_[stratum] <= leave_factor * spacing_[host];
+  }
+
+  // Adds the strata, which may be farther away, whose samples have come into this one or one of `near`.
+  void add_hosted(std::uint32_t stratum, std::vector<std::uint32_t>& near) const {
+    const std::size_t count = near.size();
+    const auto add = [&](std::uint32_t host) {
+      const auto [first, last] = hosted_.equal_range(host);
+      for (auto at = first; at != last; ++at)
+        if (at->second != stratum) near.push_back(at->second);
+    };
+    add(stratum);
+    for (std::size_t i = 0; i < count; ++i) add(near[i]);
+  }
+
+  void leave(std::uint32_t stratum, const TakenPlace& place) {
+    if (const auto before = taken_.find(stratum); before != taken_.end()) {
+      auto at = hosted_.equal_range(before->second.host).first;
+      while (at->second != stratum) ++at;
+      hosted_.erase(at);
+    }
+    hosted_.insert({place.host, stratum});
+    taken_[stratum] = place;
+    const PointDraw draw = offer_.draw({level_, place.host, place.number});
+    StratumPoint point;
+    strata_.draw(std::span(&draw, 1), std::span(&point, 1));
+    sample_[stratum] = point_at(point);
+  }
+
+  // By place, into visit.energy: the distance to the nearest sample over what is too near, at most 1.
+  void find_room(std::uint32_t stratum, Visit& visit) const {
+    const float least = min_distance(stratum);
+    visit.energy.assign(visit.places.size(), 1.0f);
+    for_each_near(stratum, least, visit, [&](std::size_t place, std::size_t, float nearer) {
+      visit.energy[place] = std::min(visit.energy[place], nearer / least);
+    });
+  }
+
+  // Of the places with the most room, the nearest to the first, where the sample is.
+  static std::size_t roomiest(const Visit& visit) {
+    const std::vector<float>& room = visit.energy;
+    std::size_t best = 0;
+    float distance = 0;
+    for (std::size_t k = 1; k < room.size(); ++k) {
+      const float x = visit.places.x[k] - visit.places.x[0], y = visit.places.y[k] - visit.places.y[0],
+                  z = visit.places.z[k] - visit.places.z[0], squared = x * x + y * y + z * z;
+      if (room[k] < room[best] || (room[k] == room[best] && squared >= distance)) continue;
+      best = k;
+      distance = squared;
+    }
+    return best;
   }
 
   void move(std::uint32_t stratum, const Choice& choice) {
@@ -750,9 +933,12 @@ class SpacedLevel {
   std::vector<PointGroup> moments_;
   std::vector<std::uint32_t> slot_;  // by stratum: among those without a held sample; empty where all are
   PackedRows attraction_{0, 0};      // by slot: of all offered places
-  std::vector<float> fullness_;      // by slot: attraction over that of a flat surface
+  std::vector<float> fullness_;      // by slot: attraction over that of a flat surface,
+  std::vector<float> around_;        // and its mean over the strata around
   std::vector<Point> sample_;
   std::vector<std::uint32_t> number_;  // of the place of the sample, or held
+  TakenPlaces taken_;
+  std::unordered_multimap<std::uint32_t, std::uint32_t> hosted_;  // by host: the strata of such samples
 };
 
 class SpacedSet {
@@ -819,11 +1005,13 @@ class SpacedSet {
     const OfferedStrata coarser =
         is_last ? OfferedStrata(0, 0, true) : offer_blocks(leaves_, level, offer_, cancel_);
     const std::size_t before = drawn_.size();
+    TakenPlaces taken;
     const std::vector<std::uint32_t> numbers = [&] {
       SpacedLevel samples(strata_, is_last ? leaves_ : coarser, level, repair_below, offer_, cancel_);
       for (std::size_t i = 0; i < before; ++i)
         samples.hold(blocks.block_of(samples_.rank_of_index[i]), point_at(drawn_[i]));
       samples.space_out();
+      taken = samples.take_places();
       return samples.take_numbers();
     }();
     // The points themselves, not packed places: samples of later levels keep their distance from these.
@@ -832,9 +1020,14 @@ class SpacedSet {
     parallel_blocks(order.size(), draw_block, [&](std::size_t begin, std::size_t end) {
       cancel_.check();
       for (std::size_t i = begin; i < end; ++i) {
-        const PointDraw draw = offer_.draw({static_cast<std::uint32_t>(level), order[i], numbers[order[i]]});
-        const auto leaf = static_cast<std::uint32_t>(draw.at);
-        strata_.draw(std::span(&draw, 1), std::span(&drawn_[before + i], 1));
+        const auto draw_place = [&](std::uint32_t stratum, std::uint32_t number) {
+          const PointDraw draw = offer_.draw({static_cast<std::uint32_t>(level), stratum, number});
+          strata_.draw(std::span(&draw, 1), std::span(&drawn_[before + i], 1));
+          return static_cast<std::uint32_t>(draw.at);
+        };
+        const std::uint32_t leaf = draw_place(order[i], numbers[order[i]]);
+        if (const auto at = taken.find(order[i]); at != taken.end())
+          draw_place(at->second.host, at->second.number);
         placed_[leaf] = 1;
         samples_.rank_of_index[before + i] = leaf;
       }
@@ -880,7 +1073,7 @@ SpacingParameters spacing_parameters(SpacingKind kind) {
     case SpacingKind::fast:
       return {8, 3, 0, 16, 16, 0.6, 0.54, 0.2};
     case SpacingKind::best:
-      return {24, 3, 1, 16, 32, 0.71, 0.62, 0.2};
+      return {24, 3, 1, 16, 32, 0.72, 0.62, 0.2};
     case SpacingKind::standard:
       break;
   }
@@ -898,6 +1091,7 @@ std::vector<std::string> validate(const SpacingParameters& p) {
   check_range(problems, "least spacing", p.repair_below, 0.1, 1.0);
   check_range(problems, "least spacing of progressive sets", p.progressive_repair_below, 0.1, 1.0);
   check_range(problems, "share of repaired samples", p.repair_share, 0.0, 1.0);
+  check_range(problems, "rounds in which samples leave their strata", p.leave_rounds, 0, max_leave_rounds);
   return problems;
 }
 

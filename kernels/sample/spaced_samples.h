@@ -1,4 +1,4 @@
-// Spaced samples: one in each of n strata of equal mass, at the places where all of them together represent
+// Spaced samples: one for each of n strata of equal mass, at the places where all of them together represent
 // the surface best (docs/METHODS.md 7.5).
 #pragma once
 
@@ -28,6 +28,9 @@ struct SpacingParameters {
   // What is too near, in spacings of the hexagonal lattice, .1..1, along the path and in progressive order;
   // but no more than this share of all samples, the nearest ones, are moved; 0..1
   double repair_below = 0.68, progressive_repair_below = 0.6, repair_share = 0.2;
+  // Rounds in which samples that are still too near, at most one in 64 each time, may leave their strata,
+  // 0..8
+  std::uint32_t leave_rounds = 2;
 };
 
 // fast: two thirds of the time of standard; best: nearly twice the time, and the lowest error
@@ -83,7 +86,7 @@ class Strata {
 
 // The n samples by stratum, and their order.
 struct SpacedSamples {
-  std::vector<StratumPoint> point;           // n, one in each stratum
+  std::vector<StratumPoint> point;           // n, of each stratum, in it but for those that left it
   std::vector<std::uint32_t> rank_of_index;  // order in the file: stratum of the i-th sample
 };
 
@@ -93,7 +96,8 @@ struct SpacedSamples {
 // Every stratum offers `candidates` random points of its own; the strata are visited in random groups,
 // `sweeps` times, and each time the sample moves to the place of least energy. Then `refinements` passes
 // offer new places around each sample, and `repairs` passes do so, anywhere in the stratum, for samples that
-// are too near to another one.
+// are too near to another one. What finds no room there takes a place of another stratum nearby: few do,
+// where a stratum is narrow, bent or torn (with leave_rounds = 0 none).
 //
 // progressive: the order of progressive_order, and the same is done for the first 64, 128, ... samples in as
 // many coarser strata; those of before stay, and each stratum's empty half gets a new one. Else the samples

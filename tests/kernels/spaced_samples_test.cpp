@@ -299,12 +299,19 @@ TEST_CASE("StratumGrid: finds every box around a box, and around separate places
   CHECK(neighbors > 1000);
 }
 
+// None leaves its stratum.
+SpacingParameters staying() {
+  SpacingParameters parameters;
+  parameters.leave_rounds = 0;
+  return parameters;
+}
+
 TEST_CASE("space_samples: one sample per stratum, identified by element and place") {
   for (const bool linear : {false, true})
     for (const std::uint32_t n : {1u, 2u, 63u, 64u, 65u, 130u, 1000u}) {
       const StrataOfMesh strata(torus(24, 12), n, linear);
       for (const bool progressive : {false, true}) {
-        const SpacedSamples s = space_samples(strata.in_cells(), progressive, test_key, {});
+        const SpacedSamples s = space_samples(strata.in_cells(), progressive, test_key, staying());
         REQUIRE(s.point.size() == n);
         Vector3 origin;
         std::vector<std::uint32_t> ranks = s.rank_of_index;
@@ -332,25 +339,56 @@ TEST_CASE("space_samples: one sample per stratum, identified by element and plac
     }
 }
 
-TEST_CASE("space_samples: along a curve, samples lie in the intervals of their strata") {
-  const std::uint32_t n = 500;
-  const StrataOfMesh strata(icosphere(2), n);
+// By sample: whether it lies in its interval of the curve.
+std::vector<bool> stay_in_intervals(const StrataOfMesh& strata, const SpacedSamples& samples) {
   const CurveElements& elements = strata.elements;
+  const auto n = static_cast<double>(samples.point.size());
   const double shift = random_pair(test_key, Stream::sequence_shift, 0).first;
   std::map<std::pair<std::uint32_t, std::uint32_t>, std::size_t> element_of;
   for (std::size_t e = 0; e < elements.count(); ++e) element_of[{elements.triangle[e], elements.path[e]}] = e;
-  for (const bool progressive : {false, true}) {
-    const SpacedSamples s = space_samples(strata.along_curve(n), progressive, test_key, {});
-    for (std::uint32_t r = 0; r < n; ++r) {
-      const std::size_t e = element_of.at({s.point[r].triangle, s.point[r].path});
-      const double begin = (r + shift) / n, end = (r + 1 + shift) / n;
-      const double low = elements.cumulative[e] / elements.total(),
-                   high = elements.cumulative[e + 1] / elements.total();
-      const bool here = low < end + 1e-12 && high > begin - 1e-12;
-      const bool wrapped = low < end - 1 + 1e-12 && high > begin - 1 - 1e-12;
-      REQUIRE((here || wrapped));
-    }
+  std::vector<bool> stay;
+  for (const StratumPoint& point : samples.point) {
+    const auto r = static_cast<double>(stay.size());
+    const std::size_t e = element_of.at({point.triangle, point.path});
+    const double begin = (r + shift) / n, end = (r + 1 + shift) / n;
+    const double low = elements.cumulative[e] / elements.total(),
+                 high = elements.cumulative[e + 1] / elements.total();
+    const bool here = low < end + 1e-12 && high > begin - 1e-12;
+    const bool wrapped = low < end - 1 + 1e-12 && high > begin - 1 - 1e-12;
+    stay.push_back(here || wrapped);
   }
+  return stay;
+}
+
+TEST_CASE("space_samples: along a curve, samples lie in the intervals of their strata") {
+  const StrataOfMesh strata(icosphere(2), 500);
+  for (const bool progressive : {false, true}) {
+    const std::vector<bool> stay =
+        stay_in_intervals(strata, space_samples(strata.along_curve(500), progressive, test_key, staying()));
+    REQUIRE(std::find(stay.begin(), stay.end(), false) == stay.end());
+  }
+}
+
+TEST_CASE("space_samples: few leave their intervals, and then keep their distance") {
+  std::ptrdiff_t all = 0;
+  for (const std::uint32_t n : {130u, 260u, 500u}) {
+    const StrataOfMesh strata(icosphere(2), n);
+    const double wanted = hexagonal_distance * SpacingParameters{}.progressive_repair_below *
+                          std::sqrt(strata.along_curve(n).measure() / n);
+    const auto least = [&](const SpacedSamples& samples) {
+      const std::vector<double> nearest = nearest_distances(points_of(samples, n));
+      return *std::min_element(nearest.begin(), nearest.end()) / wanted;
+    };
+    const SpacedSamples left = space_samples(strata.along_curve(n), true, test_key, {});
+    const std::vector<bool> stay = stay_in_intervals(strata, left);
+    const std::ptrdiff_t gone = std::count(stay.begin(), stay.end(), false);
+    INFO(n << " samples, " << gone << " left their intervals");
+    CHECK(gone <= n / 32);  // two rounds
+    CHECK(least(left) > 0.99);
+    if (gone > 0) CHECK(least(space_samples(strata.along_curve(n), true, test_key, staying())) < 0.99);
+    all += gone;
+  }
+  CHECK(all > 0);
 }
 
 TEST_CASE("space_samples: progressive prefixes have one sample in each block of leaves") {
@@ -455,7 +493,8 @@ TEST_CASE("space_samples: stacked sheets, one triangle and distant components") 
       // Farther apart than where they start, however many strata there are around each. Along a needle, which
       // has no room beside its samples, they stay as far apart: the mean of many keys, as a median varies by
       // 3 %.
-      const SpacingParameters none = {16, 0, 0, 0};
+      SpacingParameters none = staying();
+      none.sweeps = none.repairs = 0;
       const auto median_distance = [&](const StrataOfMesh& of, const SpacingParameters& parameters) {
         const SpacedSamples s = space_samples(of.in_cells(), false, of.key, parameters);
         std::vector<double> distances = nearest_distances(points_of(s, n));
