@@ -42,8 +42,31 @@ struct Soup {
 
 Soup soup_of(const PreparedMesh& mesh) { return {mesh.x, mesh.y, mesh.z, mesh.triangles}; }
 
-// The slow way: all triangles in turn.
+// Balls around the triangles of a soup.
+struct Balls {
+  std::vector<Vector3> middle;
+  std::vector<double> radius;
+};
+Balls balls_of(const Soup& soup) {
+  Balls balls;
+  for (std::size_t t = 0; t < soup.triangles.size() / 3; ++t) {
+    Vector3 corner[3];
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::uint32_t v = soup.triangles[3 * t + k];
+      corner[k] = {soup.x[v], soup.y[v], soup.z[v]};
+    }
+    balls.middle.push_back((1.0 / 3) * (corner[0] + corner[1] + corner[2]));
+    double radius = 0;
+    for (const Vector3& c : corner) radius = std::max(radius, distance(c, balls.middle.back()));
+    balls.radius.push_back(radius);
+  }
+  return balls;
+}
+
+// The slow way: all triangles in turn, but for those whose ball is farther away than the nearest one so far,
+// by more than rounding.
 NearestTriangles by_all_triangles(const Soup& soup, std::span<const double> points) {
+  const Balls balls = balls_of(soup);
   const std::size_t count = points.size() / 3;
   NearestTriangles out;
   out.distance.resize(count);
@@ -57,11 +80,16 @@ NearestTriangles by_all_triangles(const Soup& soup, std::span<const double> poin
     for (std::size_t i = begin; i < end; ++i) {
       const Vector3 point{points[3 * i], points[3 * i + 1], points[3 * i + 2]};
       TrianglePlace best;
+      double nearest = std::numeric_limits<double>::infinity();
       for (std::size_t t = 0; t < soup.triangles.size() / 3; ++t) {
+        const Vector3 to = balls.middle[t] - point;
+        const double within = nearest + balls.radius[t];
+        if (dot(to, to) > within * within * (1 + 1e-9)) continue;
         const TrianglePlace place =
             nearest_on_triangle(point, corner(3 * t), corner(3 * t + 1), corner(3 * t + 2));
         if (place.squared >= best.squared) continue;
         best = place;
+        nearest = std::sqrt(best.squared);
         out.triangle[i] = static_cast<std::uint32_t>(t);
       }
       out.distance[i] = std::sqrt(best.squared);
