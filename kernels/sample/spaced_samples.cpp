@@ -39,9 +39,9 @@ constexpr float short_weight = 2, repair_weight = 10;
 constexpr float border_balance = 1.5f;
 // What is missing is missing beside a plane, and so much of what more surface there is around.
 constexpr float sheet_balance = 0.8f;
-// The share of their weight that repairs keep in stacks of sheets, which begins so much beyond
-// stacked_fullness: what drives samples apart drives them to the rims of thin plates.
-constexpr float stacked_repair = 0.1f, stack_ramp = 0.3f;
+// The share of their weight that repairs keep in stacks of sheets, from the second fullness on, and all of it
+// to the first: what drives samples apart drives them to the rims of thin plates.
+constexpr float stacked_repair = 0.1f, alone_to = 1.2f, stacked_from = 1.5f;
 // Strata farther away than this, in spacings, attract by their moments.
 constexpr float near_gap = 0.25f;
 // Strata of at least so many leaves count as equal where some have one more.
@@ -176,7 +176,7 @@ class SpacedLevel {
   TakenPlaces take_places() { return std::move(taken_); }
 
  private:
-  static constexpr std::uint32_t held = 0xFFFFFFFFu, no_slot = 0xFFFFFFFFu;
+  static constexpr std::uint32_t held = 0xFFFFFFFFu;
   bool is_held(std::uint32_t stratum) const { return number_[stratum] == held; }
 
   // Where a sample goes.
@@ -489,7 +489,7 @@ class SpacedLevel {
   void find_attraction(const std::vector<std::uint32_t>& strata) {
     const std::size_t places = offered_.places();
     if (strata.size() < blocks_.count) {
-      slot_.assign(blocks_.count, no_slot);
+      slot_.resize(blocks_.count);
       for (std::size_t i = 0; i < strata.size(); ++i) slot_[strata[i]] = static_cast<std::uint32_t>(i);
     }
     attraction_ = PackedRows(strata.size(), places);
@@ -557,7 +557,7 @@ class SpacedLevel {
   // Weight of the short kernel in repairs.
   float stacked_weight(std::uint32_t stratum) const {
     const std::size_t slot = slot_of(stratum);
-    const float stack = (std::max(fullness_[slot], around_[slot]) - stacked_fullness) / stack_ramp;
+    const float stack = (std::max(fullness_[slot], around_[slot]) - alone_to) / (stacked_from - alone_to);
     return repair_weight * (1 - (1 - stacked_repair) * std::clamp(stack, 0.0f, 1.0f));
   }
   // Nearer than this is too near.
