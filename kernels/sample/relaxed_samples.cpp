@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <utility>
 #include <vector>
 
 #include "kernels/core/parallel.h"
@@ -46,6 +47,8 @@ constexpr std::size_t task_samples = 1024;
 // in what they look across, or has more around it.
 constexpr std::size_t run_samples = 8, max_around_run = 8192, max_around_sample = 512;
 constexpr float longest_search = 4;
+// The nearest of a sample that it keeps: those of six sheets. Where sheets face both ways there may be more.
+constexpr std::size_t neighbors_kept = 128;
 // Cells of the grid of points.
 constexpr double point_cell = 0.7;
 // In working units: below this, squares would leave the range of float.
@@ -182,7 +185,7 @@ class Relaxation {
     smallest_ = *std::min_element(spacing_.begin(), spacing_.end());
   }
 
-  // Lists the samples within so many spacings of each.
+  // Lists the samples within so many spacings of each that moves, the nearest if there are too many.
   void find_neighbors(float within) {
     const auto distance = [&](std::size_t i) { return within * spacing_[i]; };
     const auto at = [&](std::size_t j) { return at_[j]; };
@@ -192,14 +195,22 @@ class Relaxation {
     parallel_tasks(tasks(), [&](std::size_t task) {
       cancel_.check();
       std::vector<std::uint32_t>& list = lists[task];
+      std::vector<std::pair<float, std::uint32_t>> near;
       const auto pick = [&](std::size_t first, std::size_t last, const std::vector<std::uint32_t>& found) {
         for (std::size_t i = first; i < last; ++i) {
-          const std::size_t before = list.size();
+          if (stays_[i] != 0) continue;
+          near.clear();
           for (const std::uint32_t j : found) {
             const Float3 way = difference(at_[j], at_[i]);
-            if (dot(way, way) < distance(i) * distance(i) && j != i) list.push_back(j);
+            const float squared = dot(way, way);
+            if (squared < distance(i) * distance(i) && j != i) near.emplace_back(squared, j);
           }
-          near_begin_[i + 1] = list.size() - before;
+          if (near.size() > neighbors_kept) {
+            std::partial_sort(near.begin(), near.begin() + neighbors_kept, near.end());
+            near.resize(neighbors_kept);
+          }
+          for (const auto& [squared, j] : near) list.push_back(j);
+          near_begin_[i + 1] = near.size();
         }
       };
       samples.visit_runs(task * task_samples, std::min(count_, (task + 1) * task_samples), at_, distance, at,
@@ -357,10 +368,12 @@ class Relaxation {
 }  // namespace
 
 double relaxation_bytes(double samples, double triangles) {
-  // Places, positions and normals twice, pulls, lists of neighbors twice and their grid; points of the
-  // surface with their grid, twice while they are made; bins of light triangles, twice while they grow.
-  constexpr double bytes_per_sample = 500, bytes_per_point = 100, points_per_sample = 16, bytes_per_bin = 400;
-  return samples * (bytes_per_sample + bytes_per_point * points_per_sample) +
+  // Places, positions and normals twice, pulls and the grid of samples; lists of neighbors twice; points of
+  // the surface with their grid, twice while they are made; bins of light triangles, twice while they grow.
+  constexpr double bytes_per_sample = 350, bytes_per_point = 100, points_per_sample = 16, bytes_per_bin = 400;
+  const double neighbors = std::min(samples, static_cast<double>(neighbors_kept));
+  return samples * (bytes_per_sample + 2 * sizeof(std::uint32_t) * neighbors +
+                    bytes_per_point * points_per_sample) +
          bytes_per_bin * std::min(triangles, 16 * samples);
 }
 

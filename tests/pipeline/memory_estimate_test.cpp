@@ -326,6 +326,32 @@ TEST_CASE("estimate_bytes: cells of long needles stay within the reservation, au
       }
 }
 
+TEST_CASE("estimate_bytes: relaxed samples of 300 sheets that face both ways stay within the reservation") {
+  if (!counts_allocations()) {
+    WARN("skipped: a sanitizer's malloc is not counted");
+    return;
+  }
+  // Each sample has all others near it, and may move.
+  std::vector<double> xyz;
+  std::vector<std::vector<std::uint32_t>> faces;
+  for (std::uint32_t i = 0; i < 300; ++i) {
+    const double z = 1e-6 * i;
+    xyz.insert(xyz.end(), {0, 0, z, 1, 0, z, 1, 1, z, 0, 1, z});
+    const std::uint32_t a = 4 * i;
+    if (i % 2 == 0)
+      faces.push_back({a, a + 1, a + 2, a + 3});
+    else
+      faces.push_back({a, a + 3, a + 2, a + 1});
+  }
+  const ScratchFolder scratch;
+  write_mesh(scratch / "sheets.off", polygon_mesh(xyz, faces));
+  Setting setting{"auto relaxed, sheets", parameters_for("auto")};
+  setting.parameters.finish = FinishKind::relax;
+  setting.parameters.samples = 2048;
+  const EmbreeDevice device;
+  oneapi::tbb::task_arena(2).execute([&] { check_models({scratch / "sheets.off"}, setting, 2, device); });
+}
+
 TEST_CASE("estimate_bytes: models with most triangles in one small part stay within the reservation") {
   if (!counts_allocations()) {
     WARN("skipped: a sanitizer's malloc is not counted");
