@@ -41,7 +41,9 @@ struct Found {
   }
 };
 
+// The triangle found is the same by a second look.
 bool look_at(const TriangleTree& tree, Vector3 point, std::size_t position, Found& found) {
+  if (found.triangle == tree.order[position]) return false;
   return found.offer(nearest_on_triangle(point, tree.corner(position, 0), tree.corner(position, 1),
                                          tree.corner(position, 2)),
                      tree.order[position], position);

@@ -94,11 +94,24 @@ class AreaShares {
       triangle_.push_back(key.index);
       end_.push_back(sum += mesh.area[key.index]);
     }
+    begin_.reserve(end_.size());
+    for (std::size_t i = 0; begin_.size() < end_.size();) {
+      if (end_[i] * static_cast<double>(end_.size()) < sum * static_cast<double>(begin_.size()))
+        ++i;
+      else
+        begin_.push_back(static_cast<std::uint32_t>(i));
+    }
   }
 
+  // The first that ends after the share, or the last.
   std::uint32_t triangle(double share) const {
-    const auto after = std::upper_bound(end_.begin(), end_.end() - 1, share * end_.back());
-    return triangle_[static_cast<std::size_t>(after - end_.begin())];
+    const std::size_t last = end_.size() - 1;
+    const double at = share * end_.back();
+    std::size_t i =
+        begin_[std::min(last, static_cast<std::size_t>(share * static_cast<double>(end_.size())))];
+    while (i > 0 && end_[i - 1] > at) --i;
+    while (i < last && end_[i] <= at) ++i;
+    return triangle_[i];
   }
   Vector3 place(std::uint32_t triangle, double first, double second) const {
     const std::uint32_t* const corner = &mesh_.triangles[3 * std::size_t{triangle}];
@@ -111,6 +124,7 @@ class AreaShares {
   const PreparedMesh& mesh_;
   std::vector<std::uint32_t> triangle_;
   std::vector<double> end_;
+  std::vector<std::uint32_t> begin_;  // where the search begins, by as many equal parts of the area
 };
 
 // Which group a point belongs to, and its number there.

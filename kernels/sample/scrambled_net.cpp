@@ -1,9 +1,12 @@
 #include "kernels/sample/scrambled_net.h"
 
+#include <bit>
 #include <cmath>
 #include <cstddef>
+#include <cstring>
 #include <span>
 
+#include "kernels/core/instruction_set.h"
 #include "kernels/core/portable_functions.h"
 
 namespace meander {
@@ -36,18 +39,35 @@ constexpr Directions directions_of(const Polynomial& polynomial) {
   return v;
 }
 
+// A number for each dimension, and for two that are not used: vectors that all processors have.
+using NetWords = std::uint32_t __attribute__((vector_size(16)));
+struct NetPoint {
+  NetWords low, high;
+};
+
+// The direction numbers of all dimensions by bit of the index.
 constexpr auto net_directions = [] {
-  std::array<Directions, ScrambledNet::dimensions> all{};
-  for (int k = 0; k < net_bits; ++k) all[0][k] = std::uint32_t{1} << (net_bits - 1 - k);  // van der Corput's
-  all[1] = directions_of({1, 0, {1}});
-  all[2] = directions_of({2, 1, {1, 3}});
-  all[3] = directions_of({3, 1, {1, 3, 1}});
-  all[4] = directions_of({3, 2, {1, 1, 1}});
-  all[5] = directions_of({4, 1, {1, 1, 3, 3}});
-  return all;
+  std::array<Directions, ScrambledNet::dimensions> of{};
+  for (int k = 0; k < net_bits; ++k) of[0][k] = std::uint32_t{1} << (net_bits - 1 - k);  // van der Corput's
+  of[1] = directions_of({1, 0, {1}});
+  of[2] = directions_of({2, 1, {1, 3}});
+  of[3] = directions_of({3, 1, {1, 3, 1}});
+  of[4] = directions_of({3, 2, {1, 1, 1}});
+  of[5] = directions_of({4, 1, {1, 1, 3, 3}});
+  std::array<std::array<std::uint32_t, 8>, net_bits> by_bit{};
+  for (std::size_t d = 0; d < of.size(); ++d)
+    for (std::size_t k = 0; k < net_bits; ++k) by_bit[k][d] = of[d][k];
+  return by_bit;
 }();
 
-constexpr std::uint32_t reversed(std::uint32_t x) {
+MEANDER_INLINE NetPoint words_of(const std::array<std::uint32_t, 8>& from) {
+  NetPoint words;
+  std::memcpy(&words.low, from.data(), sizeof words.low);
+  std::memcpy(&words.high, from.data() + 4, sizeof words.high);
+  return words;
+}
+
+MEANDER_INLINE NetWords reversed(NetWords x) {
   x = (x & 0x55555555u) << 1 | (x >> 1 & 0x55555555u);
   x = (x & 0x33333333u) << 2 | (x >> 2 & 0x33333333u);
   x = (x & 0x0F0F0F0Fu) << 4 | (x >> 4 & 0x0F0F0F0Fu);
@@ -56,7 +76,7 @@ constexpr std::uint32_t reversed(std::uint32_t x) {
 }
 
 // A bit of the result depends on those bits of x alone that are not below it.
-constexpr std::uint32_t scrambled(std::uint32_t x, std::uint32_t seed) {
+MEANDER_INLINE NetWords scrambled(NetWords x, NetWords seed) {
   x = reversed(x) + seed;
   x ^= x * 0x6C50B47Cu;
   x ^= x * 0xB82F1E52u;
@@ -82,13 +102,17 @@ ScrambledNet::ScrambledNet(RandomKey key, Stream stream, std::uint32_t number) {
 }
 
 std::array<double, ScrambledNet::dimensions> ScrambledNet::operator()(std::uint32_t index) const {
-  std::array<double, dimensions> point{};
-  for (std::size_t d = 0; d < dimensions; ++d) {
-    std::uint32_t x = 0;
-    for (std::uint32_t left = index, k = 0; left != 0; left >>= 1, ++k)
-      if ((left & 1) != 0) x ^= net_directions[d][k];
-    point[d] = (static_cast<double>(scrambled(x, seeds_[d])) + 0.5) * 0x1p-32;
+  NetPoint x{};
+  for (std::uint32_t left = index; left != 0; left &= left - 1) {
+    const NetPoint direction = words_of(net_directions[static_cast<std::size_t>(std::countr_zero(left))]);
+    x.low ^= direction.low;
+    x.high ^= direction.high;
   }
+  const NetPoint seeds = words_of(seeds_);
+  x = {scrambled(x.low, seeds.low), scrambled(x.high, seeds.high)};
+  std::array<double, dimensions> point;
+  for (std::size_t d = 0; d < dimensions; ++d)
+    point[d] = (static_cast<double>(d < 4 ? x.low[d] : x.high[d - 4]) + 0.5) * 0x1p-32;
   return point;
 }
 
