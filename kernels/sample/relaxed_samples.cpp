@@ -37,6 +37,16 @@ constexpr float neighbor_margin = 0.5f;
 constexpr int pushes = 16;
 constexpr float too_near = 0.78f * static_cast<float>(hexagonal_distance), push_share = 0.55f,
                 push_margin = 0.35f;
+// In the first passes, those that are not pushed are drawn into holes around which they lie: circles without
+// samples, their corners on surface that faces one way within this cosine, that are larger by so much than
+// those of the hexagonal lattice, which have .62 spacings; larger ones than the largest are no holes of the
+// surface. By a share of what is too much, by each corner. All are looked at in each fourth pass, the corners
+// of holes in the others.
+constexpr int draws = 8, look_again = 4;
+constexpr float hole =
+                    1.15f * static_cast<float>(hexagonal_distance) / static_cast<float>(std::numbers::sqrt3),
+                largest_hole = 1, draw_share = 0.2f, same_side = 0.2f, around_hole = 1.75f;
+constexpr std::size_t max_around_hole = 24;
 // The surface within the kernel, over that of a plane: where it is this much on sheets that face one way,
 // samples stay; where it is more than this in all, they cannot be so far apart; below the first of these they
 // move along the border only, above the second freely.
@@ -150,11 +160,17 @@ class Relaxation {
     find_neighbors(kernel_end + neighbor_margin);
     for (int pass = 0; pass < passes; ++pass)
       move_all([&](std::size_t i, const Moving& at) { return pulled(i, at); });
-    pull_ = {};
     find_spacings();
-    find_neighbors(too_near + push_margin);
+    find_neighbors(around_hole);
+    std::vector<std::uint8_t> at_hole(count_);
     for (int pass = 0; pass < pushes; ++pass)
-      move_all([&](std::size_t i, const Moving& at) { return pushed(i, at); });
+      move_all([&](std::size_t i, const Moving& at) {
+        const Float3 apart = pushed(i, at);
+        if (apart != Float3{} || pass >= draws || (pass > 0 && at_hole[i] == 0)) return apart;
+        const Float3 together = drawn(i, at);
+        at_hole[i] = together != Float3{} ? 1 : 0;
+        return together;
+      });
   }
 
   std::uint32_t held() const {
@@ -191,6 +207,7 @@ class Relaxation {
     const auto at = [&](std::size_t j) { return at_[j]; };
     const PointsAround samples(count_, within * smallest_ / 1.5, at, distance);
     near_begin_.assign(count_ + 1, 0);
+    pushing_.assign(count_, 0);
     std::vector<std::vector<std::uint32_t>> lists(tasks());
     parallel_tasks(tasks(), [&](std::size_t task) {
       cancel_.check();
@@ -199,6 +216,7 @@ class Relaxation {
       const auto pick = [&](std::size_t first, std::size_t last, const std::vector<std::uint32_t>& found) {
         for (std::size_t i = first; i < last; ++i) {
           if (stays_[i] != 0) continue;
+          const std::size_t before = list.size();
           near.clear();
           for (const std::uint32_t j : found) {
             const Float3 way = difference(at_[j], at_[i]);
@@ -209,7 +227,13 @@ class Relaxation {
             std::partial_sort(near.begin(), near.begin() + neighbors_kept, near.end());
             near.resize(neighbors_kept);
           }
-          for (const auto& [squared, j] : near) list.push_back(j);
+          // Those that may push come first.
+          const float push = (too_near + push_margin) * spacing_[i];
+          for (const auto& [squared, j] : near)
+            if (squared < push * push) list.push_back(j);
+          pushing_[i] = static_cast<std::uint32_t>(list.size() - before);
+          for (const auto& [squared, j] : near)
+            if (!(squared < push * push)) list.push_back(j);
           near_begin_[i + 1] = near.size();
         }
       };
@@ -314,7 +338,7 @@ class Relaxation {
     const Float3 p = at[i];
     const float near = too_near * room_[i] * spacing_[i];
     Float3 step{};
-    for (std::size_t k = near_begin_[i]; k < near_begin_[i + 1]; ++k) {
+    for (std::size_t k = near_begin_[i]; k < near_begin_[i] + pushing_[i]; ++k) {
       const Float3 way = difference(at[near_[k]], p);
       const float squared = dot(way, way);
       if (!(squared > 0) || squared >= near * near) continue;
@@ -322,6 +346,72 @@ class Relaxation {
       for (std::size_t c = 0; c < 3; ++c) step[c] -= push_share * (near - length) / length * way[c];
     }
     return tangential(step, i);
+  }
+
+  // A neighbor in the tangential plane of a sample, as far away as in space, in spacings.
+  struct Around {
+    float u, v, squared;
+    bool same_side;
+  };
+
+  // Those of sample i, or none where there are too many.
+  std::size_t find_around(std::size_t i, const Moving& at, const Float3& first, const Float3& second,
+                          std::array<Around, max_around_hole>& around) const {
+    std::size_t count = 0;
+    for (std::size_t k = near_begin_[i]; k < near_begin_[i + 1]; ++k) {
+      const std::size_t j = near_[k];
+      const Float3 way = difference(at[j], at[i]);
+      const float u = dot(way, first), v = dot(way, second), in_plane = u * u + v * v,
+                  squared = dot(way, way);
+      if (!(in_plane > 0)) continue;
+      if (count == max_around_hole) return 0;
+      const float scale = std::sqrt(squared / in_plane) / spacing_[i];
+      around[count++] = {scale * u, scale * v, scale * scale * in_plane,
+                         dot(normal_[j], normal_[i]) > same_side};
+    }
+    return count;
+  }
+
+  // The step of sample i towards the middles of the holes that it is a corner of: circles through it and two
+  // of its neighbors, without others inside.
+  Float3 drawn(std::size_t i, const Moving& at) const {
+    const Float3 up = normal_[i];
+    std::size_t flat = 0;
+    for (std::size_t c = 1; c < 3; ++c)
+      if (std::abs(up[c]) < std::abs(up[flat])) flat = c;
+    Float3 first{};
+    first[flat] = 1;
+    first = tangential(first, i);
+    const float length = std::sqrt(dot(first, first));
+    for (float& c : first) c /= length;
+    const Float3 second{up[1] * first[2] - up[2] * first[1], up[2] * first[0] - up[0] * first[2],
+                        up[0] * first[1] - up[1] * first[0]};
+    std::array<Around, max_around_hole> around;
+    const std::size_t count = find_around(i, at, first, second, around);
+    float u = 0, v = 0;
+    for (std::size_t j = 0; j < count; ++j)
+      for (std::size_t k = j + 1; k < count; ++k) {
+        const Around &a = around[j], &b = around[k];
+        if (!a.same_side || !b.same_side) continue;
+        const float twice = 2 * (a.u * b.v - a.v * b.u);
+        const float middle_u = (b.v * a.squared - a.v * b.squared) / twice,
+                    middle_v = (a.u * b.squared - b.u * a.squared) / twice;
+        const float squared = middle_u * middle_u + middle_v * middle_v;
+        if (!(squared > hole * hole && squared < largest_hole * largest_hole)) continue;
+        bool empty = true;
+        for (std::size_t l = 0; l < count && empty; ++l) {
+          const float du = around[l].u - middle_u, dv = around[l].v - middle_v;
+          empty = l == j || l == k || du * du + dv * dv >= squared;
+        }
+        if (!empty) continue;
+        const float share = draw_share * (1 - hole / std::sqrt(squared));
+        u += share * middle_u;
+        v += share * middle_v;
+      }
+    if (u == 0 && v == 0) return {};
+    Float3 step;
+    for (std::size_t c = 0; c < 3; ++c) step[c] = spacing_[i] * (u * first[c] + v * second[c]);
+    return along_border(step, i);
   }
 
   // Moves all samples by step(i, at).
@@ -362,7 +452,8 @@ class Relaxation {
   std::vector<std::uint8_t> stays_;      // 1: the sample does not move
   std::vector<float> room_;              // for how much of too_near there is room, 0..1
   std::vector<std::uint32_t> near_;      // the neighbors of all samples,
-  std::vector<std::size_t> near_begin_;  // and where those of each begin
+  std::vector<std::size_t> near_begin_;  // where those of each begin,
+  std::vector<std::uint32_t> pushing_;   // and how many of them, the first ones, may push it
 };
 
 }  // namespace
