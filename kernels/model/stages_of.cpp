@@ -97,6 +97,13 @@ void report_notes(const Notes& notes, NoteSet strict, ItemReport& report) {
     throw ItemError(Status::incomplete, text);
 }
 
+// Notes of a later stage, beside those of the file.
+void report_more(const Notes& notes, NoteSet strict, Model& model) {
+  if (!notes.any()) return;
+  add(model.file.notes, notes);
+  report_notes(model.file.notes, strict, model.row.report);
+}
+
 void report_file(const PolygonMesh& file, NoteSet strict, ItemReport& report) {
   report.vertices = file.vertex_count();
   report.faces = file.polygon_count();
@@ -308,10 +315,7 @@ void place(Model& model, const SampleParameters& p, const Domain& domain, Metric
   Notes placing;
   model.row.samples = place_samples(context, model.order, frame, report.repairs, placing);
   report_frame(frame, report);
-  if (!placing.any()) return;
-  Notes notes = model.file.notes;
-  add(notes, placing);
-  report_notes(notes, p.strict, report);
+  report_more(placing, p.strict, model);
 }
 
 // The frame that lifted samples define, whatever their order in the file. lifted: in working units.
@@ -444,9 +448,11 @@ ModelStages sharpening(const SampleParameters& p) {
   ModelStages stages;
   if (p.sharp.samples > 0 || p.queries.has(QueryKind::near_sharp))
     stages.push_back({"sharp_edges",
-                      [sharp = p.sharp](Model& model) {
+                      [sharp = p.sharp, strict = p.strict](Model& model) {
                         model.cancel.check();
-                        model.sharp_edges = sharp_edges_of(model.file, model.surface, sharp);
+                        Notes notes;
+                        model.sharp_edges = sharp_edges_of(model.file, model.surface, sharp, notes);
+                        report_more(notes, strict, model);
                       },
                       sharpening_bytes});
   if (p.sharp.samples > 0)

@@ -63,16 +63,33 @@ void fill_without_edges(const PreparedMesh& mesh, const SharpParameters& paramet
   }
 }
 
+// The attribute of faces of that name, whether always read or asked for; null: there is none.
+const ScalarAttribute* face_attribute(const PolygonMesh& file, const std::string& name) {
+  for (const auto* const list : {&file.face_attributes, &file.asked_face_attributes})
+    for (const ScalarAttribute& attribute : *list)
+      if (attribute.name == name) return &attribute;
+  return nullptr;
+}
+
 }  // namespace
 
 SharpEdges sharp_edges_of(const PolygonMesh& file, const PreparedMesh& mesh,
-                          const SharpParameters& parameters) {
+                          const SharpParameters& parameters, Notes& notes) {
   SharpEdgeParameters wanted;
-  if (!parameters.attribute.empty())
-    for (const auto* const list : {&file.face_attributes, &file.asked_face_attributes})
-      for (const ScalarAttribute& attribute : *list)
-        if (wanted.classes.empty() && attribute.name == parameters.attribute)
-          wanted.classes = attribute.values;
+  std::vector<double> padded;
+  if (const std::string& name = parameters.attribute; !name.empty()) {
+    const ScalarAttribute* const attribute = face_attribute(file, name);
+    if (attribute == nullptr) {
+      notes.add(Note::feature_ignored, "sharp edges of the attribute `" + name +
+                                           "`: the faces have none, so that edges by angle stay");
+    } else if (attribute->values.size() < file.polygon_count()) {
+      padded = attribute->values;
+      padded.resize(file.polygon_count(), std::numeric_limits<double>::quiet_NaN());
+      wanted.classes = padded;
+    } else {
+      wanted.classes = attribute->values;
+    }
+  }
   wanted.angle = parameters.angle;
   wanted.borders = parameters.borders;
   return find_sharp_edges(mesh, wanted);

@@ -33,9 +33,10 @@ struct SharpParameters {
 };
 
 // The edges that the parameters ask for. See find_sharp_edges. A model whose faces have no such attribute has
-// no edges by it. `file` needs its polygons and attributes, where there is one to look at.
+// no edges by it, which is a note; faces beyond its values are of one class, that of faces without a number.
+// `file` needs its polygons and attributes, where there is one to look at.
 SharpEdges sharp_edges_of(const PolygonMesh& file, const PreparedMesh& mesh,
-                          const SharpParameters& parameters);
+                          const SharpParameters& parameters, Notes& notes);
 
 // The mean of the normals of the two faces at an edge, of length 1, turned as the first of them is; that of
 // the first where the faces lie on each other, or where there is only one.

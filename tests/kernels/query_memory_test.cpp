@@ -74,20 +74,21 @@ void check_sets(const PolygonMesh& file) {
   const auto triangles = static_cast<double>(mesh.triangle_count()),
              vertices = static_cast<double>(file.vertex_count());
   constexpr std::uint32_t count = 20000;
+  Notes notes;
   SharpParameters sharp;
   sharp.samples = count;
   sharp.corners = true;
   const Row placed = placed_row(mesh);
   within("add_sharp_samples", sharp_bytes(count, triangles), [&] {
     Row row = placed;
-    add_sharp_samples(mesh, sharp_edges_of(file, mesh, sharp), sharp, OrderKind::progressive, 0.25,
+    add_sharp_samples(mesh, sharp_edges_of(file, mesh, sharp, notes), sharp, OrderKind::progressive, 0.25,
                       make_random_key(1, {}), {}, row);
     return row;
   });
   QueryParameters queries;
   REQUIRE(take_queries("near=8000@.01,.05 near-sharp=6000@.01 volume=6000@1.1", queries.terms).empty());
   queries.nearest = true;
-  const SharpEdges edges = sharp_edges_of(file, mesh, sharp);
+  const SharpEdges edges = sharp_edges_of(file, mesh, sharp, notes);
   for (const SignChoice sign : {SignChoice::automatic, SignChoice::winding, SignChoice::shell}) {
     queries.sign = sign;
     within("add_query_points", query_bytes(count, triangles, vertices), [&] {

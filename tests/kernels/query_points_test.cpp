@@ -26,8 +26,9 @@ Row with_queries(const PolygonMesh& file, const QueryParameters& parameters, boo
   row.report.loc = {0.25, 0, -0.5};
   row.report.scale = 2;
   const PreparedMesh mesh = prepare_mesh(file);
-  add_query_points(file, mesh, parameters, sharp_edges_of(file, mesh, {}), in_box, make_random_key(seed, {}),
-                   {}, row);
+  Notes notes;
+  add_query_points(file, mesh, parameters, sharp_edges_of(file, mesh, {}, notes), in_box,
+                   make_random_key(seed, {}), {}, row);
   return row;
 }
 

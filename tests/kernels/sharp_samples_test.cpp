@@ -36,8 +36,11 @@ Row with_sharp_samples(const PolygonMesh& file, const SharpParameters& parameter
                        OrderKind order = OrderKind::progressive, std::uint64_t seed = 1) {
   const PreparedMesh mesh = prepare_mesh(file);
   Row row = placed_row(mesh, 10);
-  add_sharp_samples(mesh, sharp_edges_of(file, mesh, parameters), parameters, order, 0.25,
+  Notes notes;
+  add_sharp_samples(mesh, sharp_edges_of(file, mesh, parameters, notes), parameters, order, 0.25,
                     make_random_key(seed, {}), {}, row);
+  row.report.notes = notes.counts;
+  row.report.note_text = text_of(notes);
   return row;
 }
 
@@ -175,7 +178,10 @@ TEST_CASE("add_sharp_samples: edges of an attribute of faces, where the model ha
   parameters.samples = 30;
   parameters.attribute = "part";
   PolygonMesh sheet = grid_plane(2, 2);
-  CHECK(with_sharp_samples(sheet, parameters).report.sharp_edges == 0);
+  const ItemReport without = with_sharp_samples(sheet, parameters).report;
+  CHECK(without.sharp_edges == 0);
+  CHECK(without.notes[static_cast<std::size_t>(Note::feature_ignored)] == 1);
+  CHECK(without.note_text.find("the attribute `part`: the faces have none") != std::string::npos);
   sheet.asked_face_attributes.push_back({"part", {0, 0, 0, 0, 1, 1, 1, 1}, true});
   const Row row = with_sharp_samples(sheet, parameters);
   CHECK(row.report.sharp_edges == 2);
@@ -184,4 +190,11 @@ TEST_CASE("add_sharp_samples: edges of an attribute of faces, where the model ha
     CHECK(place_of(row, i)[1] == Approx(0.5).margin(1e-6));
     CHECK(std::abs(vector_at(row.samples.sharp_normals, i)[2]) == Approx(1).margin(1e-6));
   }
+  CHECK(row.report.note_text.empty());
+  // Faces without a value are one class, those of an attribute of vertices none.
+  sheet.asked_face_attributes.back().values.resize(4);
+  CHECK(with_sharp_samples(sheet, parameters).report.sharp_edges == 2);
+  sheet.asked_attributes.push_back({"part", std::vector<double>(9, 1), true});
+  sheet.asked_face_attributes.clear();
+  CHECK(with_sharp_samples(sheet, parameters).report.notes == without.notes);
 }
