@@ -41,7 +41,7 @@ constexpr float border_balance = 1.5f;
 constexpr float sheet_balance = 0.8f;
 // The share of their weight that repairs keep in stacks of sheets, from the second fullness on, and all of it
 // to the first: what drives samples apart drives them to the rims of thin plates.
-constexpr float stacked_repair = 0.1f, alone_to = 1.2f, stacked_from = 1.5f;
+constexpr float stacked_repair = 0.075f, alone_to = 1.25f, stacked_from = 1.5f;
 // Strata farther away than this, in spacings, attract by their moments.
 constexpr float near_gap = 0.25f;
 // Strata of at least so many leaves count as equal where some have one more.
@@ -86,6 +86,9 @@ constexpr std::uint32_t few_left = 64;
 // there differs by at most this factor. In stacks of more sheets than this samples stay.
 constexpr std::uint32_t few_leave = 64, leave_places = 24;
 constexpr float leave_within = 2, leave_factor = 1.25f, max_leave_fullness = 3;
+// Where more than this share of the samples is too near, as in heaps of sheets, there is no room to leave
+// for, and less beside samples that were placed before: only those on sheets that lie alone leave.
+constexpr double crowded = 1.0 / 3, crowded_beside_held = 1.0 / 16;
 // A sweep visits the strata in so many groups at random; those of one group do not see each other move.
 constexpr std::uint32_t groups = 16;
 constexpr std::size_t check_interval = 16;
@@ -148,6 +151,7 @@ class SpacedLevel {
                           visit);
       });
     std::vector<std::uint32_t> all = free;
+    const double few = (free.size() < blocks_.count ? crowded_beside_held : crowded) * double(free.size());
     for (std::uint32_t pass = 0; pass < parameters_.repairs; ++pass) {
       free = to_repair(free, pass);
       const auto move = [&](std::uint32_t s, Visit& visit) {
@@ -166,7 +170,7 @@ class SpacedLevel {
     }
     for (std::uint32_t round = 0; round < parameters_.leave_rounds; ++round) {
       all = too_near(all);
-      leave_strata(first_of(all, 1.0 / few_leave));
+      leave_strata(first_of(all, 1.0 / few_leave), all.size() <= few ? max_leave_fullness : alone_to);
     }
   }
 
@@ -757,13 +761,13 @@ class SpacedLevel {
   }
 
   // Moves samples that are too near to another one out of their strata, one after the other: to the nearest
-  // place around with room enough, or else to the one with the most room.
-  void leave_strata(const std::vector<std::uint32_t>& strata) {
+  // place around with room enough, or else to the one with the most room. Those in larger stacks stay.
+  void leave_strata(const std::vector<std::uint32_t>& strata, float max_fullness) {
     Visit visit;
     for (std::size_t i = 0; i < strata.size(); ++i) {
       if (i % check_interval == 0) cancel_.check();
       const std::uint32_t s = strata[i];
-      if (fullness_[slot_of(s)] > max_leave_fullness) continue;
+      if (fullness_[slot_of(s)] > max_fullness) continue;
       near_.read(s, visit.near);
       add_hosted(s, visit.near);
       const std::size_t known = visit.near.size();
