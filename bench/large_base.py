@@ -1,13 +1,14 @@
 #!/usr/bin/env python3
 """A base of very many small models, queried and evaluated: time and memory of retrieval at scale.
 
-    large_base.py MEANDER FOLDER [--models 100000] [--classes 200] [-n 128] [--memory-mib 2048] [--json result.json]
+    large_base.py MEANDER FOLDER [--models 100000] [--classes 200] [-n 128] [--describe d2] [--graph]
+      [--memory-mib 2048] [--json result.json]
 
 Writes FOLDER/models/CLASS/NUMBER.off: every class is a box, an ellipsoid, a torus or a cone with proportions
 and a twist of its own, every model a perturbation of it in random position, 96 to 216 triangles. Then `meander
-run --method direct --describe d2 --bins 64`, `retrieve query` and `retrieve evaluate`, each with its time and
-peak memory and, the retrieve jobs, with an address space limited to --memory-mib. What stands in FOLDER already
-is taken as it is. Python's standard library only. Exit status 1 when a step failed.
+run --method direct --describe D` (64 bins), `retrieve query` and `retrieve evaluate`, each with its time and
+peak memory and, the retrieve jobs, with an address space limited to --memory-mib; with --graph, `retrieve graph`
+and a query by it instead. What stands in FOLDER already is taken as it is. Python's standard library only. Exit status 1 when a step failed.
 """
 import argparse
 import json
@@ -137,13 +138,21 @@ def measure(arguments):
         print(f"{'write':9} {time.perf_counter() - start:9.1f} s  {arguments.models} models of "
               f"{arguments.classes} classes")
     if not store.exists():
+        bins = ["--bins", "64"] if arguments.describe in ("d2", "a3", "d1", "d3", "d4") else []
         run_step("run", [arguments.meander, "run", str(models), "-o", str(store), "-n", str(arguments.samples),
-                         "--method", "direct", "--describe", "d2", "--bins", "64", "--label-from-folder",
+                         "--method", "direct", "--describe", arguments.describe, *bins, "--label-from-folder",
                          "--progress", "none"], steps)
-    query = run_step("query", [arguments.meander, "retrieve", "query", str(store), "0", "--json"], steps,
-                     arguments.memory_mib)
-    text = run_step("evaluate", [arguments.meander, "retrieve", "evaluate", str(store), "--json"], steps,
-                    arguments.memory_mib)
+    asked = ["--descriptor", arguments.describe, "--memory", f"{arguments.memory_mib}M", "--json"]
+    retrieve = lambda action, *more: run_step(action, [arguments.meander, "retrieve", action, str(store), *more, *asked],
+                                              steps, arguments.memory_mib)
+    if arguments.graph:
+        graph = json.loads(retrieve("graph"))
+        size = Path(graph["graph"]).stat().st_size / 2**20
+        retrieve("query", "0", "--rank", "diffusion")
+        print(f"{graph['models']} models, {graph['edges']} edges, {size:.0f} MiB")
+        return 0
+    query = retrieve("query", "0")
+    text = retrieve("evaluate")
     answer = json.loads(text)
     scores = answer["results"][0]
     print(f"{answer['models']} models, {answer['classes']} classes: NN {scores['NN']:.3f}, 1st tier "
@@ -161,6 +170,8 @@ def main():
     parser.add_argument("--models", type=int, default=100000, help="how many (default 100000)")
     parser.add_argument("--classes", type=int, default=200, help="of how many classes (default 200)")
     parser.add_argument("-n", "--samples", type=int, default=128, help="samples per model (default 128)")
+    parser.add_argument("--describe", default="d2", help="the descriptor (default d2)")
+    parser.add_argument("--graph", action="store_true", help="make the graph of neighbors, and query by it")
     parser.add_argument("--memory-mib", type=int, default=2048, help="limit of the retrieve jobs (default 2048)")
     parser.add_argument("--json", metavar="FILE", help="times, memory and scores as JSON")
     arguments = parser.parse_args()

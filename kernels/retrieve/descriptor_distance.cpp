@@ -14,7 +14,7 @@ namespace meander {
 namespace {
 
 constexpr std::uint32_t lanes = distance_lanes;
-constexpr std::size_t tile_rows = 64;  // 16 KiB at width 64: stays in the first-level cache
+constexpr std::size_t tile_rows = 64, tile_bytes = std::size_t{16} << 10;
 constexpr std::size_t block_bytes = std::size_t{32} << 20;
 constexpr std::size_t max_block_queries = 256;
 constexpr std::size_t max_scale_pairs = 32768;
@@ -175,6 +175,12 @@ DescriptorBase make_descriptor_base(std::span<const DescriptorBlock> blocks, Dis
   return base;
 }
 
+std::size_t rows_of_tile(const DescriptorBase& base) {
+  std::size_t row_bytes = 0;
+  for (const DescriptorBase::Block& block : base.blocks) row_bytes += block.stride * sizeof(float);
+  return std::clamp<std::size_t>(tile_bytes / row_bytes / 4 * 4, 4, tile_rows);
+}
+
 void block_distances(const DescriptorBase& base, std::size_t number, std::size_t query, std::size_t begin,
                      std::span<float> out) {
   row_distances(base, base.blocks[number], values_of_row(base.blocks[number], query), begin, out);
@@ -224,11 +230,12 @@ void visit_distances(const DescriptorBase& base, std::size_t begin, std::size_t 
     block_queries = std::clamp<std::size_t>(block_bytes / (n * sizeof(float)), 1, max_block_queries);
   block_queries = std::min(block_queries, end - begin);
   std::vector<float> distances(block_queries * n);
+  const std::size_t tile = rows_of_tile(base);
   for (std::size_t first = begin; first < end; first += block_queries) {
     const std::size_t count = std::min(block_queries, end - first);
     // A tile of rows meets all queries of the block while it is in the cache.
-    parallel_tasks((n + tile_rows - 1) / tile_rows, [&](std::size_t tile) {
-      const std::size_t row = tile * tile_rows, rows = std::min(tile_rows, n - row);
+    parallel_tasks((n + tile - 1) / tile, [&](std::size_t t) {
+      const std::size_t row = t * tile, rows = std::min(tile, n - row);
       for (std::size_t q = 0; q < count; ++q)
         descriptor_distances(base, first + q, row, {distances.data() + q * n + row, rows});
     });

@@ -84,6 +84,10 @@ DescriptorQuery make_descriptor_query(const DescriptorBase& base, std::span<cons
 void descriptor_distances(const DescriptorBase& base, const DescriptorQuery& query, std::size_t begin,
                           std::span<float> out);
 
+// How many rows, a multiple of four, fill half of a first-level cache: a loop over queries that takes so many
+// rows at a time reads them from there.
+std::size_t rows_of_tile(const DescriptorBase& base);
+
 // The unscaled distances of block `number` alone, for the same rows.
 void block_distances(const DescriptorBase& base, std::size_t number, std::size_t query, std::size_t begin,
                      std::span<float> out);

@@ -1,6 +1,7 @@
 #include "kernels/retrieve/nearest_rows.h"
 
 #include <algorithm>
+#include <limits>
 #include <span>
 #include <stdexcept>
 #include <utility>
@@ -16,6 +17,7 @@ bool nearer(const NearRow& a, const NearRow& b) {
 }
 
 constexpr std::size_t no_row = NearestSearch::no_row;
+constexpr std::size_t searched_at_once = 256;
 
 // Puts rows number(0), number(1), ... at these distances, except for row `own`, into a heap of at most `k`,
 // the farthest on top: most rows fail one comparison.
@@ -36,6 +38,28 @@ void keep_nearest(std::span<const float> distances, const Number& number, std::s
     }
   }
 }
+
+// The nearest rows so far of every row: heaps of at most `kept` in one array, the farthest on top.
+struct Heaps {
+  std::span<NearRow> rows;
+  std::size_t kept;
+  std::vector<std::uint32_t> sizes;
+  std::vector<float> reach;  // the distance of the farthest; infinite while there is room
+
+  void put(std::size_t heap, std::size_t row, float distance) {
+    const NearRow candidate{static_cast<std::uint32_t>(row), distance};
+    const auto begin = rows.begin() + static_cast<std::ptrdiff_t>(heap * kept);
+    std::uint32_t& size = sizes[heap];
+    if (size == kept) {
+      if (!nearer(candidate, *begin)) return;
+      std::pop_heap(begin, begin + size, nearer);
+      --size;
+    }
+    begin[size++] = candidate;
+    std::push_heap(begin, begin + size, nearer);
+    if (size == kept) reach[heap] = begin->distance;
+  }
+};
 
 // query: the index of a row, or a row outside of the base.
 template <class Query>
@@ -73,9 +97,9 @@ void NearestSearch::add_query(DescriptorQuery query, std::size_t own) {
 
 void NearestSearch::search(const DescriptorBase& part, std::span<const std::uint32_t> numbers) {
   if (numbers.size() != part.rows) throw std::invalid_argument("not one number for each row of a part");
-  constexpr std::size_t queries_at_once = 256, tile = 64;
-  for (std::size_t begin = 0; begin < wanted_.size(); begin += queries_at_once) {
-    const std::size_t count = std::min(queries_at_once, wanted_.size() - begin), n = part.rows;
+  const std::size_t tile = rows_of_tile(part);
+  for (std::size_t begin = 0; begin < wanted_.size(); begin += searched_at_once) {
+    const std::size_t count = std::min(searched_at_once, wanted_.size() - begin), n = part.rows;
     distances_.resize(count * n);
     // A tile of rows meets all queries while it is in the cache.
     parallel_tasks((n + tile - 1) / tile, [&](std::size_t t) {
@@ -98,23 +122,47 @@ std::vector<NearRow> NearestSearch::found(std::size_t query) {
   return heap;
 }
 
-std::vector<NearRow> nearest_rows_of(const DescriptorBase& base, std::size_t begin, std::size_t end,
-                                     std::size_t k) {
-  if (begin > end || end > base.rows) throw std::invalid_argument("there are no such rows in the base");
+std::vector<NearRow> nearest_rows_of_all(const DescriptorBase& base, std::size_t k) {
   const std::size_t n = base.rows, kept = n == 0 ? 0 : std::min(k, n - 1);
-  std::vector<NearRow> result((end - begin) * kept);
-  visit_distances(base, begin, end, [&](std::size_t first, std::span<const float> distances) {
-    parallel_tasks(distances.size() / n, [&](std::size_t q) {
-      const std::vector<NearRow> found = nearest_of(distances.subspan(q * n, n), first + q, kept);
-      std::copy(found.begin(), found.end(),
-                result.begin() + static_cast<std::ptrdiff_t>((first - begin + q) * kept));
-    });
+  std::vector<NearRow> result(n * kept);
+  if (kept == 0) return result;
+  Heaps heaps{result, kept, std::vector<std::uint32_t>(n, 0),
+              std::vector<float>(n, std::numeric_limits<float>::infinity())};
+  constexpr std::size_t panel_rows = 4096;
+  const std::size_t tile = rows_of_tile(base);
+  std::vector<float> distances(searched_at_once * std::min(n, panel_rows));
+  for (std::size_t first = 0; first < n; first += searched_at_once) {
+    const std::size_t count = std::min(searched_at_once, n - first);
+    // Rows before the block have met its queries as queries themselves.
+    for (std::size_t panel = first; panel < n; panel += panel_rows) {
+      const std::size_t width = std::min(panel_rows, n - panel);
+      // No two tasks change one heap: first each tile has those of its rows, then each query its own.
+      parallel_tasks((width + tile - 1) / tile, [&](std::size_t t) {
+        const std::size_t begin = t * tile, rows = std::min(tile, width - begin);
+        for (std::size_t q = 0; q < count; ++q) {
+          float* const of_query = distances.data() + q * width + begin;
+          descriptor_distances(base, first + q, panel + begin, {of_query, rows});
+          for (std::size_t i = 0; i < rows; ++i) {
+            const std::size_t row = panel + begin + i;
+            if (of_query[i] <= heaps.reach[row] && first + q < row) heaps.put(row, first + q, of_query[i]);
+          }
+        }
+      });
+      parallel_tasks(count, [&](std::size_t q) {
+        const std::size_t query = first + q, begin = std::max(panel, query + 1);
+        const float* const of_query = distances.data() + q * width;
+        for (std::size_t row = begin; row < panel + width; ++row)
+          if (of_query[row - panel] <= heaps.reach[query]) heaps.put(query, row, of_query[row - panel]);
+      });
+    }
+  }
+  parallel_blocks(n, 1024, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const std::span<NearRow> heap = std::span(result).subspan(i * kept, kept);
+      std::sort_heap(heap.begin(), heap.end(), nearer);
+    }
   });
   return result;
-}
-
-std::vector<NearRow> nearest_rows_of_all(const DescriptorBase& base, std::size_t k) {
-  return nearest_rows_of(base, 0, base.rows, k);
 }
 
 }  // namespace meander

@@ -268,12 +268,21 @@ TEST_CASE("nearest_rows: the front of the sorted list, ties by row number") {
           std::equal(sorted.begin(), sorted.end(), all.begin() + static_cast<std::ptrdiff_t>(query * kept)));
     }
   }
-  const std::vector<NearRow> all = nearest_rows_of_all(base, 5);
-  CHECK(nearest_rows_of(base, 40, 170, 5) ==
-        std::vector<NearRow>(all.begin() + 40 * 5, all.begin() + 170 * 5));
-  CHECK(nearest_rows_of(base, 40, 40, 5).empty());
-  CHECK_THROWS_AS(nearest_rows_of(base, 40, n + 1, 5), std::invalid_argument);
   CHECK_THROWS_AS(nearest_rows(base, n, 3), std::invalid_argument);
+}
+
+TEST_CASE("nearest_rows_of_all: the same as a search for each row, over several panels and thread counts") {
+  const std::size_t n = 4700, k = 6;  // more rows than a panel has; equal distances are frequent
+  std::vector<float> values = random_histograms(n, 4, 11);
+  for (float& v : values) v = std::round(8 * v);
+  const DescriptorBase base = base_of(values, 4, DistanceKind::l1);
+  const std::vector<NearRow> all = nearest_rows_of_all(base, k);
+  for (const std::size_t query : {0u, 1u, 255u, 256u, 2000u, 4095u, 4096u, 4351u, 4352u, 4699u}) {
+    const auto own = all.begin() + static_cast<std::ptrdiff_t>(query * k);
+    CHECK(nearest_rows(base, query, k) == std::vector<NearRow>(own, own + k));
+  }
+  for (const int threads : {1, 2, 5})
+    test::on_threads(threads, [&] { CHECK(nearest_rows_of_all(base, k) == all); });
 }
 
 TEST_CASE("descriptor distances: a query outside the base equals an equal row, alone and combined") {
