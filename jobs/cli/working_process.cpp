@@ -53,7 +53,7 @@ void remove_temporaries_on_signals() {
 }
 
 void set_allocator_limits(std::uint64_t memory_bytes) {
-  const int largest = static_cast<int>(std::clamp<std::uint64_t>(memory_bytes / 128, 1 << 18, 8 << 20));
+  const int largest = static_cast<int>(std::clamp<std::uint64_t>(memory_bytes / 128, 1 << 18, 32 << 20));
   mallopt(M_MMAP_THRESHOLD, largest);
   mallopt(M_TRIM_THRESHOLD, 4 * largest);
   mallopt(M_ARENA_MAX, 4);
