@@ -121,9 +121,9 @@ WIDTH, HEIGHT, LEFT, RIGHT, TOP, BOTTOM = 760, 460, 64, 150, 44, 54
 
 
 def placed_labels(points):
-    """A label beside every point, where it covers no other label and no point if there is such a place: [(x of the
-    text's start, baseline, text, color)]."""
-    marks = [(x - 6, y - 6, x + 6, y + 6) for x, y, _, _ in points]
+    """A label beside every point, where it covers no other label and no point and stays in the frame if there is such a
+    place: [(x of the text's start, baseline, text, color)]."""
+    marks = [(x - 6, y - 6, x + 6, y + 6) for x, y, _, _ in points] + [(WIDTH - RIGHT, 0, WIDTH, HEIGHT)]
     placed, boxes = [], []
     for x, y, text, color in sorted(points):
         width = 6.6 * len(text)

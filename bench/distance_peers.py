@@ -1,16 +1,17 @@
 #!/usr/bin/env python3
 """Signed distances beside what users of Python have: processor seconds on one thread, and how far results differ.
 
-    distance_peers.py FOLDER... [--every 1] [--points 624640] [--libigl INCLUDE] [--json FILE]
+    distance_peers.py FOLDER... [--every 1] [--points 624640] [--libigl INCLUDE] [--limit 60] [--json FILE]
 
 For every --every-th model below each FOLDER, in order of the names: points in Hunyuan3D-2.1's mixture (two fifths near
-the surface, one fifth near sharp edges, two fifths in the volume) are made once, and `meander.signed_distance`, Open3D's
-RaycastingScene (compute_signed_distance, whose sides are the parity of one ray's crossings, and compute_distance, Embree's
-point query without sides) and, by libigl_distances.cpp, igl::signed_distance with fast winding numbers label them one
-after the other on one core, trees included. The table has median and largest seconds, the median of each one's seconds
-over ours, the largest difference of absolute distances (of half the longest side of the box), and the share of points
-that have another side than ours, all and where ours is certain. Needs the meander module (PYTHONPATH), numpy, Open3D, and
-g++ and Eigen for --libigl. Exit status 1 when no model was labeled.
+the surface, one fifth near sharp edges, two fifths in the volume) are made once. Then they are labeled, one after the
+other on one core, trees included, by `meander.signed_distance` (sign="auto", and "none"); by Open3D's RaycastingScene,
+whose compute_distance is Embree's point query and whose compute_signed_distance counts the crossings of a ray as well;
+and by igl::signed_distance with fast winding numbers (libigl_distances.cpp), which is stopped after --limit seconds;
+these then count as its time. The table has median and largest seconds, the median of each one's seconds over those of
+sign="auto", the largest difference of absolute distances (of half the longest side of the box), and the share of points
+that have another side, of all and of those whose side is certain. Needs the meander module (PYTHONPATH), numpy, Open3D,
+and g++ and Eigen for --libigl. Exit status 1 when no model was labeled.
 """
 import argparse
 import json
@@ -57,9 +58,9 @@ def points_of(path, count, scratch):
     return (vertices - center) / half, triangles.astype(numpy.int32), (points - center) / half
 
 
-def by_meander(vertices, triangles, points):
+def by_meander(vertices, triangles, points, sign):
     start = time.process_time()
-    labels = meander.signed_distance(vertices, triangles, points, threads=1)
+    labels = meander.signed_distance(vertices, triangles, points, sign=sign, threads=1)
     return time.process_time() - start, labels
 
 
@@ -81,8 +82,8 @@ def rays_hit():
 
 
 class Libigl:
-    def __init__(self, include, scratch):
-        self.scratch, self.program = Path(scratch), Path(scratch) / "libigl_distances"
+    def __init__(self, include, scratch, limit):
+        self.limit, self.scratch, self.program = limit, Path(scratch), Path(scratch) / "libigl_distances"
         subprocess.run(["g++", "-O3", "-march=native", "-DNDEBUG", "-w", "-std=c++17", "-I", include, "-I",
                         "/usr/include/eigen3", str(Path(__file__).parent / "libigl_distances.cpp"), "-pthread", "-o",
                         str(self.program)], check=True)
@@ -91,7 +92,11 @@ class Libigl:
         files = [self.scratch / name for name in ("vertices", "faces", "points", "distances")]
         for values, file in zip((vertices, triangles, points), files):
             numpy.ascontiguousarray(values).tofile(file)
-        done = subprocess.run([str(self.program), *map(str, files)], check=True, capture_output=True, text=True)
+        try:
+            done = subprocess.run([str(self.program), *map(str, files)], check=True, capture_output=True, text=True,
+                                  timeout=self.limit)
+        except subprocess.TimeoutExpired:
+            return self.limit, None
         return float(done.stdout), numpy.fromfile(files[3])
 
 
@@ -101,6 +106,7 @@ def main():
     parser.add_argument("--every", type=int, default=1)
     parser.add_argument("--points", type=int, default=624640)
     parser.add_argument("--libigl", metavar="INCLUDE")
+    parser.add_argument("--limit", type=float, default=60)
     parser.add_argument("--json", type=Path)
     given = parser.parse_args()
     os.sched_setaffinity(0, [min(os.sched_getaffinity(0))])
@@ -108,7 +114,7 @@ def main():
     if not has_sides:
         print("distance_peers: rays of this Open3D hit nothing: compute_signed_distance is left out", file=sys.stderr)
     with tempfile.TemporaryDirectory() as scratch:
-        libigl = Libigl(given.libigl, scratch) if given.libigl else None
+        libigl = Libigl(given.libigl, scratch, given.limit) if given.libigl else None
         for model in (m for folder in given.folders for m in models_below(folder, given.every)):
             try:
                 mesh = points_of(model, given.points, scratch)
@@ -117,9 +123,10 @@ def main():
             if mesh is None:
                 left_out += 1
                 continue
-            seconds, labels = by_meander(*mesh)
+            seconds, labels = by_meander(*mesh, "auto")
             triangles = mesh[1]
-            peers = {"Open3D compute_distance": by_open3d(*mesh, False)}
+            taken, alone = by_meander(*mesh, "none")
+            peers = {"meander, no sides": (taken, alone.distance), "Open3D compute_distance": by_open3d(*mesh, False)}
             if has_sides:
                 peers["Open3D compute_signed_distance"] = by_open3d(*mesh, True)
             if libigl:
@@ -127,8 +134,10 @@ def main():
             row = {"model": model.name, "triangles": len(triangles), "sign": labels.sign, "seconds": {"meander": seconds}}
             certain, ours = numpy.asarray(labels.certain, bool), numpy.asarray(labels.distance)
             for name, (taken, distances) in peers.items():
-                other = (distances < 0) != (ours < 0)
                 row["seconds"][name] = taken
+                if distances is None:
+                    continue
+                other = (distances < 0) != (ours < 0)
                 row[name] = {"difference": float(numpy.abs(numpy.abs(distances) - numpy.abs(ours)).max()),
                              "other_sides": float(other.mean()), "other_certain_sides": float(other[certain].mean())}
             rows.append(row)
@@ -138,22 +147,20 @@ def main():
     if not rows:
         return 1
     print("%d models, %d without labels\n" % (len(rows), left_out))
-    print("| | median s | largest s | median over ours | largest difference | other sides | of certain ones |")
-    print("|---|---|---|---|---|---|---|")
+    print("| | median s | largest s | median over ours | stopped | largest difference | other sides | of certain ones |")
+    print("|---|---|---|---|---|---|---|---|")
     for name in rows[0]["seconds"]:
         seconds = [row["seconds"][name] for row in rows]
-        line = "| %s | %.2f | %.2f |" % (name, statistics.median(seconds), max(seconds))
-        if name in rows[0]:
-            line += " %.1f | %.1g |" % (statistics.median(row["seconds"][name] / row["seconds"]["meander"] for row in rows),
-                                        max(row[name]["difference"] for row in rows))
-            if name != "Open3D compute_distance":
-                line += " %.2g %% | %.2g %% |" % tuple(100 * statistics.mean(row[name][key] for row in rows)
-                                                     for key in ("other_sides", "other_certain_sides"))
-            else:
-                line += " | |"
-        else:
-            line += " | | | |"
-        print(line)
+        cells = ["%.2f" % statistics.median(seconds), "%.2f" % max(seconds), "", "", "", "", ""]
+        if name != "meander":
+            done = [row[name] for row in rows if name in row]
+            cells[2] = "%.1f" % statistics.median(row["seconds"][name] / row["seconds"]["meander"] for row in rows)
+            cells[3] = str(len(rows) - len(done))
+            cells[4] = "%.1g" % max(each["difference"] for each in done)
+            if name not in ("meander, no sides", "Open3D compute_distance"):
+                cells[5:] = ["%.2g %%" % (100 * statistics.mean(each[key] for each in done))
+                             for key in ("other_sides", "other_certain_sides")]
+        print("| %s | %s |" % (name, " | ".join(cells)))
     return 0
 
 
