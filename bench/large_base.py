@@ -8,7 +8,8 @@ Writes FOLDER/models/CLASS/NUMBER.off: every class is a box, an ellipsoid, a tor
 and a twist of its own, every model a perturbation of it in random position, 96 to 216 triangles. Then `meander
 run --method direct --describe D` (64 bins), `retrieve query` and `retrieve evaluate`, each with its time and
 peak memory and, the retrieve jobs, with an address space limited to --memory-mib; with --graph, `retrieve graph`
-and a query by it instead. What stands in FOLDER already is taken as it is. Python's standard library only. Exit status 1 when a step failed.
+and one query and 101 by it instead. What stands in FOLDER already is taken as it is. Python's standard library
+only. Exit status 1 when a step failed.
 """
 import argparse
 import json
@@ -143,12 +144,13 @@ def measure(arguments):
                          "--method", "direct", "--describe", arguments.describe, *bins, "--label-from-folder",
                          "--progress", "none"], steps)
     asked = ["--descriptor", arguments.describe, "--memory", f"{arguments.memory_mib}M", "--json"]
-    retrieve = lambda action, *more: run_step(action, [arguments.meander, "retrieve", action, str(store), *more, *asked],
-                                              steps, arguments.memory_mib)
+    retrieve = lambda action, *more, name=None: run_step(name or action, [arguments.meander, "retrieve", action, str(store),
+                                                         *more, *asked], steps, arguments.memory_mib)
     if arguments.graph:
         graph = json.loads(retrieve("graph"))
         size = Path(graph["graph"]).stat().st_size / 2**20
         retrieve("query", "0", "--rank", "diffusion")
+        retrieve("query", *map(str, range(101)), "--rank", "diffusion", name="101")
         print(f"{graph['models']} models, {graph['edges']} edges, {size:.0f} MiB")
         return 0
     query = retrieve("query", "0")
