@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 """Signed distances beside what users of Python have: processor seconds on one thread, and how far results differ.
 
-    distance_peers.py FOLDER... [--every 1] [--points 624640] [--libigl INCLUDE] [--limit 60] [--json FILE]
+    distance_peers.py FOLDER... [--every 1] [--libigl INCLUDE] [--limit 60] [--json FILE]
 
-For every --every-th model below each FOLDER, in order of the names: points in Hunyuan3D-2.1's mixture (two fifths near
-the surface, one fifth near sharp edges, two fifths in the volume) are made once. Then they are labeled, one after the
+For every --every-th model below each FOLDER, in order of the names: the 624,640 points of training_sets.py (two
+fifths near the surface, one fifth near sharp edges, two fifths in the volume) are made once. Then they are labeled, one after the
 other on one core, trees included, by `meander.signed_distance` (sign="auto", and "none"); by Open3D's RaycastingScene,
 whose compute_distance is Embree's point query and whose compute_signed_distance counts the crossings of a ray as well;
 and by igl::signed_distance with fast winding numbers (libigl_distances.cpp), which is stopped after --limit seconds;
@@ -27,21 +27,14 @@ import numpy
 import open3d
 
 import meander
-
-FORMATS = {".off", ".obj", ".ply", ".stl", ".glb", ".gltf"}
-
-
-def models_below(folder, every):
-    return sorted(path for path in folder.rglob("*") if path.suffix.lower() in FORMATS)[::every]
+from training_sets import QUERIES, models_below
 
 
-def points_of(path, count, scratch):
+def points_of(path, scratch):
     """Vertices, triangles and query points of one model, in the frame of its box: center, half the longest side. None where
     polygons have different numbers of corners, which the others do not take."""
     store = Path(scratch) / "points.h5"
-    near, sharp = 2 * count // 5, count // 5
-    queries = "near=%d@.005,.05 near-sharp=%d@.001,.003,.06,.01,.02,.04 volume=%d@1.05" % (near, sharp, count - near - sharp)
-    meander.run(path, store, n=1024, sharp=1024, queries=queries, sign="none", fresh=True, threads=1)
+    meander.run(path, store, n=1024, normalize="unit-box", queries=QUERIES, sign="none", fresh=True, threads=1)
     with meander.Store(store) as opened:
         if opened.file["items/status"][0] != 0:
             return None
@@ -104,7 +97,6 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n", maxsplit=1)[0])
     parser.add_argument("folders", nargs="+", type=Path)
     parser.add_argument("--every", type=int, default=1)
-    parser.add_argument("--points", type=int, default=624640)
     parser.add_argument("--libigl", metavar="INCLUDE")
     parser.add_argument("--limit", type=float, default=60)
     parser.add_argument("--json", type=Path)
@@ -117,7 +109,7 @@ def main():
         libigl = Libigl(given.libigl, scratch, given.limit) if given.libigl else None
         for model in (m for folder in given.folders for m in models_below(folder, given.every)):
             try:
-                mesh = points_of(model, given.points, scratch)
+                mesh = points_of(model, scratch)
             except meander.SamplingError:
                 mesh = None
             if mesh is None:

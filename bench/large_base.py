@@ -6,7 +6,7 @@
 
 Writes FOLDER/models/CLASS/NUMBER.off: every class is a box, an ellipsoid, a torus or a cone with proportions
 and a twist of its own, every model a perturbation of it in random position, 96 to 216 triangles. Then `meander
-run --method direct --describe D` (64 bins), `retrieve query` and `retrieve evaluate`, each with its time and
+run --method direct --describe D` (of d2 64 bins), `retrieve query` and `retrieve evaluate`, each with its time and
 peak memory and, the retrieve jobs, with an address space limited to --memory-mib; with --graph, `retrieve graph`
 and one query and 101 by it instead. What stands in FOLDER already is taken as it is. Python's standard library
 only. Exit status 1 when a step failed.
@@ -139,7 +139,7 @@ def measure(arguments):
         print(f"{'write':9} {time.perf_counter() - start:9.1f} s  {arguments.models} models of "
               f"{arguments.classes} classes")
     if not store.exists():
-        bins = ["--bins", "64"] if arguments.describe in ("d2", "a3", "d1", "d3", "d4") else []
+        bins = ["--bins", "64"] if arguments.describe == "d2" else []
         run_step("run", [arguments.meander, "run", str(models), "-o", str(store), "-n", str(arguments.samples),
                          "--method", "direct", "--describe", arguments.describe, *bins, "--label-from-folder",
                          "--progress", "none"], steps)

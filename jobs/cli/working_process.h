@@ -16,9 +16,9 @@ std::atomic<bool>& catch_stop_signals();
 // it is writing. Signals that are ignored stay ignored.
 void remove_temporaries_on_signals();
 
-// Keeps freed arrays of up to 32 MiB (a 128th of a smaller budget) in the heap, where later
-// models use them again, and returns larger ones to the system, so that one giant does not stay in the
-// process for the rest of the run. Most page faults of the default limits are saved by this; memory pools for
+// Keeps freed arrays of up to 32 MiB (a 128th of a budget below 4 GiB) in the heap, where later models use
+// them again, and returns larger ones to the system, so that one giant does not stay in the process for the
+// rest of the run. Most page faults of the default limits are saved by this; memory pools for
 // stages would save no more.
 void set_allocator_limits(std::uint64_t memory_bytes);
 

@@ -64,7 +64,7 @@ struct RowRanking {
 // neighbors (at least 64) nearest by distance; an edge joins rows of which one has the other as a neighbor.
 // Local scales below 1 % of their mean count as that. Throws std::invalid_argument for parameters out of
 // their range. O(rows^2 x width) time, in parallel; memory: 8 bytes for each of these nearest rows and what
-// visit_distances takes. The same bits for every thread count.
+// nearest_rows_of_all takes. The same bits for every thread count.
 RowRanking make_row_ranking(const DescriptorBase& base, const RankParameters& parameters);
 
 // Replaces the distances of row `query` to every row by what they are ranked by: plain: nothing changes;
