@@ -3,15 +3,15 @@
 
     distance_peers.py FOLDER... [--every 1] [--libigl INCLUDE] [--limit 60] [--json FILE]
 
-For every --every-th model below each FOLDER, in order of the names: the 624,640 points of training_sets.py (two
-fifths near the surface, one fifth near sharp edges, two fifths in the volume) are made once. Then they are labeled, one after the
-other on one core, trees included, by `meander.signed_distance` (sign="auto", and "none"); by Open3D's RaycastingScene,
-whose compute_distance is Embree's point query and whose compute_signed_distance counts the crossings of a ray as well;
-and by igl::signed_distance with fast winding numbers (libigl_distances.cpp), which is stopped after --limit seconds;
-these then count as its time. The table has median and largest seconds, the median of each one's seconds over those of
-sign="auto", the largest difference of absolute distances (of half the longest side of the box), and the share of points
-that have another side, of all and of those whose side is certain. Needs the meander module (PYTHONPATH), numpy, Open3D,
-and g++ and Eigen for --libigl. Exit status 1 when no model was labeled.
+For every --every-th model below each FOLDER, in order of the names: the 624,640 points of training_sets.py (two fifths
+near the surface, one fifth near sharp edges, two fifths in the volume) are made once. Then they are labeled, one after
+the other on one core, trees included, by `meander.signed_distance` (sign="auto", and "none"); by Open3D's
+RaycastingScene, whose compute_distance is Embree's point query and whose compute_signed_distance counts the crossings
+of a ray as well; and by igl::signed_distance with fast winding numbers (libigl_distances.cpp), which is stopped after
+--limit seconds; these then count as its time. The table has median and largest seconds, the median of each one's
+seconds over those of sign="auto", the largest difference of absolute distances (of half the longest side of the box),
+and the share of points that have another side, of all and of those whose side is certain. Needs the meander module
+(PYTHONPATH), numpy, Open3D, and g++ and Eigen for --libigl. Exit status 1 when no model was labeled.
 """
 import argparse
 import json

@@ -1,8 +1,9 @@
 // Signed distances by libigl, for distance_peers.py --libigl:
 //   libigl_distances VERTICES FACES POINTS DISTANCES
-// VERTICES and POINTS: n x 3 float64; FACES: m x 3 int32; writes a float64 for each point to DISTANCES and prints the
-// processor seconds that trees and points took. Sides by fast winding numbers (Barill et al. 2018), as
-// igl::signed_distance takes them. Compiled with the folder of libigl's headers (MPL 2.0) as include path.
+// VERTICES and POINTS: n x 3 float64; FACES: m x 3 int32; writes a float64 for each point to DISTANCES and
+// prints the processor seconds that trees and points took. Sides by fast winding numbers (Barill et al.
+// 2018), as igl::signed_distance takes them. Compiled with the folder of libigl's headers (MPL 2.0) as
+// include path.
 #include <igl/signed_distance.h>
 
 #include <cstdint>
@@ -40,8 +41,8 @@ int main(int argc, char** argv) {
   Eigen::VectorXd distances;
   Eigen::VectorXi nearest;
   Eigen::MatrixXd places, normals;
-  igl::signed_distance(of_points, of_vertices, of_faces, igl::SIGNED_DISTANCE_TYPE_FAST_WINDING_NUMBER, distances,
-                       nearest, places, normals);
+  igl::signed_distance(of_points, of_vertices, of_faces, igl::SIGNED_DISTANCE_TYPE_FAST_WINDING_NUMBER,
+                       distances, nearest, places, normals);
   const double seconds = static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
   std::FILE* file = std::fopen(argv[4], "wb");
   const auto count = static_cast<std::size_t>(distances.size());
