@@ -70,7 +70,7 @@ void nearest(benchmark::State& state) {
   const oneapi::tbb::global_control one(oneapi::tbb::global_control::max_allowed_parallelism, 1);
   const std::vector<double> points = query_points(reach_of(state));
   NearestTriangles found;
-  for ([[maybe_unused]] auto _ : state) found = nearest_triangles(queried_tree(), points);
+  for ([[maybe_unused]] auto _ : state) found = nearest_triangles(queried_tree(), along_curve(points).points);
   count_items(state, "point", static_cast<double>(points.size() / 3));
   check_sum(state, "torus of 25,600", found.distance);
 }
@@ -82,12 +82,9 @@ void nearest_by_embree(benchmark::State& state) {
   const PreparedMesh& mesh = queried_torus();
   static const EmbreeDevice device;
   static const SurfaceLocator surface(device, mesh.x, mesh.y, mesh.z, mesh.triangles);
-  const std::vector<double> points = query_points(reach_of(state));
-  std::vector<double> ordered;
-  for (const std::size_t i : order_along_curve(points))
-    ordered.insert(ordered.end(), {points[3 * i], points[3 * i + 1], points[3 * i + 2]});
+  const std::vector<double> points = along_curve(query_points(reach_of(state))).points;
   SurfaceLocations found;
-  for ([[maybe_unused]] auto _ : state) found = locate_points(surface, ordered);
+  for ([[maybe_unused]] auto _ : state) found = locate_points(surface, points);
   count_items(state, "point", static_cast<double>(points.size() / 3));
   check_sum(state, "torus of 25,600", found.distance);
 }
@@ -95,7 +92,7 @@ BENCHMARK(nearest_by_embree)->Arg(10)->Arg(100)->Arg(0)->Unit(benchmark::kMillis
 
 void sides_closed(benchmark::State& state) {
   const oneapi::tbb::global_control one(oneapi::tbb::global_control::max_allowed_parallelism, 1);
-  const std::vector<double> points = query_points(reach_of(state));
+  const std::vector<double> points = along_curve(query_points(reach_of(state))).points;
   const NearestTriangles found = nearest_triangles(queried_tree(), points);
   const OrientedSurface oriented = orient_outward(queried_torus());
   PointSides sides;
@@ -122,7 +119,7 @@ void sides_of_open(benchmark::State& state, SignRule rule) {
   const PreparedMesh mesh = prepare_mesh(file);
   const TriangleTree tree = build_triangle_tree(mesh.x, mesh.y, mesh.z, mesh.triangles);
   const OrientedSurface oriented = orient_outward(mesh);
-  const std::vector<double> points = query_points(reach_of(state));
+  const std::vector<double> points = along_curve(query_points(reach_of(state))).points;
   const NearestTriangles found = nearest_triangles(tree, points);
   PointSides sides;
   for ([[maybe_unused]] auto _ : state) sides = point_sides(tree, oriented, rule, points, found);

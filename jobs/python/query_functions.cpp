@@ -67,8 +67,7 @@ LaboratoryResult signed_distance(const LaboratoryArguments& given) {
   const std::string word = given.text("sign");
   const CancelToken cancel = limit_of(given);
   PreparedMesh mesh;
-  NearestTriangles nearest;
-  PointSides sides;
+  LabeledPoints labels;
   std::uint32_t open_edges = 0;
   with_threads(static_cast<int>(given.whole("threads")), [&] {
     drop_doubled_faces(file);
@@ -78,9 +77,9 @@ LaboratoryResult signed_distance(const LaboratoryArguments& given) {
     const OrientedSurface oriented = orient_outward(mesh);
     open_edges = oriented.open_edges;
     const SignRule rule = rule_of(word, mesh, tree, oriented);
-    nearest = nearest_triangles(tree, points, cancel);
-    sides = point_sides(tree, oriented, rule, points, nearest, cancel);
+    labels = label_points(tree, oriented, rule, points, cancel);
   });
+  auto& [nearest, sides] = labels;
   const std::size_t count = nearest.distance.size();
   std::vector<std::uint32_t> face(count), corners(3 * count);
   for (std::size_t i = 0; i < count; ++i) {

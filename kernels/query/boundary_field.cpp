@@ -5,8 +5,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "kernels/query/curve_order.h"
 #include "kernels/query/lanes.h"
-#include "kernels/query/nearest_triangle.h"
 
 namespace meander {
 

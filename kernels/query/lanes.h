@@ -1,5 +1,5 @@
-// Eight floats, or four doubles, at a time, as pairs of the vectors that all processors have. Those of AVX2
-// were no faster in these loops, which wait for memory and for the next node. Internal to kernels/query.
+// Eight floats, or four doubles, at a time, as pairs of the vectors that all processors have, and eight
+// floats as one vector. Internal to kernels/query.
 #pragma once
 
 #include <bit>
@@ -12,13 +12,12 @@
 #include "kernels/core/vector_instructions.h"
 #include "kernels/query/triangle_tree.h"
 
+// No wide vector is passed between functions that are not inlined.
+#pragma GCC diagnostic ignored "-Wpsabi"
+
 namespace meander::lanes {
 
 inline constexpr std::size_t count = TriangleTree::fan;
-// Points and answers lie in the order of the caller: those of the point so many places on along the curve are
-// fetched meanwhile.
-inline constexpr std::size_t ahead = 4;
-
 using Floats4 = float __attribute__((vector_size(16)));
 using Doubles2 = double __attribute__((vector_size(16)));
 
@@ -28,6 +27,9 @@ struct Pair {
 };
 using Floats = Pair<Floats4>;
 using Doubles = Pair<Doubles2>;
+// For functions with instructions of AVX2 (MEANDER_TARGET), into which everything here is inlined.
+using WideFloats = float __attribute__((vector_size(32)));
+using WideMask = std::int32_t __attribute__((vector_size(32)));
 
 #define MEANDER_PAIR_OPERATOR(OP)                                                                        \
   template <class Half>                                                                                  \
@@ -61,10 +63,22 @@ MEANDER_INLINE Pair<Half> select(const Pair<Mask>& mask, const Pair<Half>& yes, 
   return {mask.low ? yes.low : no.low, mask.high ? yes.high : no.high};
 }
 
-template <class Half>
-MEANDER_INLINE Pair<Half> larger(const Pair<Half>& a, const Pair<Half>& b) {
-  return select(a > b, a, b);
+MEANDER_INLINE WideFloats select(const WideMask& mask, const WideFloats& yes, const WideFloats& no) {
+  return mask ? yes : no;
 }
+
+// b where one is no number.
+MEANDER_INLINE Floats larger(const Floats& a, const Floats& b) {
+  return {std::bit_cast<Floats4>(_mm_max_ps(std::bit_cast<__m128>(a.low), std::bit_cast<__m128>(b.low))),
+          std::bit_cast<Floats4>(_mm_max_ps(std::bit_cast<__m128>(a.high), std::bit_cast<__m128>(b.high)))};
+}
+MEANDER_INLINE Floats smaller(const Floats& a, const Floats& b) {
+  return {std::bit_cast<Floats4>(_mm_min_ps(std::bit_cast<__m128>(a.low), std::bit_cast<__m128>(b.low))),
+          std::bit_cast<Floats4>(_mm_min_ps(std::bit_cast<__m128>(a.high), std::bit_cast<__m128>(b.high)))};
+}
+MEANDER_INLINE Doubles larger(const Doubles& a, const Doubles& b) { return select(a > b, a, b); }
+MEANDER_INLINE WideFloats larger(const WideFloats& a, const WideFloats& b) { return a > b ? a : b; }
+MEANDER_INLINE WideFloats smaller(const WideFloats& a, const WideFloats& b) { return a < b ? a : b; }
 
 template <class Vector, class Value>
 MEANDER_INLINE Vector load(const Value* from) {
@@ -93,11 +107,23 @@ MEANDER_INLINE Doubles root(const Doubles& v) {
           std::bit_cast<Doubles2>(_mm_sqrt_pd(std::bit_cast<__m128d>(v.high)))};
 }
 
+MEANDER_INLINE WideFloats root(const WideFloats& v) {
+  const Floats both =
+      root(Floats{__builtin_shufflevector(v, v, 0, 1, 2, 3), __builtin_shufflevector(v, v, 4, 5, 6, 7)});
+  return __builtin_shufflevector(both.low, both.high, 0, 1, 2, 3, 4, 5, 6, 7);
+}
+
 // A bit for each of eight lanes of a comparison where it holds.
 template <class Mask>
 MEANDER_INLINE unsigned bits_of(const Pair<Mask>& mask) {
   return static_cast<unsigned>(_mm_movemask_ps(std::bit_cast<__m128>(mask.low))) |
          static_cast<unsigned>(_mm_movemask_ps(std::bit_cast<__m128>(mask.high))) << 4;
+}
+
+MEANDER_INLINE unsigned bits_of(const WideMask& mask) {
+  using Mask4 = std::int32_t __attribute__((vector_size(16)));
+  return bits_of(Pair<Mask4>{__builtin_shufflevector(mask, mask, 0, 1, 2, 3),
+                             __builtin_shufflevector(mask, mask, 4, 5, 6, 7)});
 }
 
 }  // namespace meander::lanes

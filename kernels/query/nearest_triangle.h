@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "kernels/core/cancel.h"
+#include "kernels/core/instruction_set.h"
 #include "kernels/query/triangle_tree.h"
 
 namespace meander {
@@ -15,7 +16,6 @@ struct NearestTriangles {
   std::vector<double> distance;         // n, >= 0
   std::vector<std::uint32_t> triangle;  // n: the lowest number where several are equally near
   std::vector<double> weights;          // 2 n: of corners 1 and 2 at the nearest point, >= 0, sum <= 1
-  std::vector<std::uint32_t> order;     // n: the points along a curve (order_along_curve)
 };
 
 // Beyond this distance from the middle of the mesh double does not tell its parts apart.
@@ -26,22 +26,17 @@ inline constexpr double farthest_point = 1e12;
 // triangles in turn, bit for bit: float boxes and planes only leave out what is farther with certainty. The
 // error of a distance is about 1e-15 (1 + |p|). Triangles without area are segments or points.
 //
-// Points are taken along a space-filling curve, so that each search begins with the triangle of the one
-// before; parallel, and the same for every order of the points and thread count. A search ends, as it takes
-// nodes and triangles once each at most. Throws timeout / RunCanceled from `cancel`. On a mesh of 25,000
-// triangles, one core: 0.4 us a point near the surface, 0.6 to 1.6 in its box; more where much of the surface
-// is equally far (the center of a sphere: all of it).
+// Eight points that follow each other are searched for together, from the triangle of the last one on: they
+// should be neighbors (along_curve), else it takes several times as long. Parallel, and the same for every
+// order of the points, thread count and instruction set. A search ends, as it takes nodes and triangles once
+// each at most. Throws timeout / RunCanceled from `cancel`. On a mesh of 25,000 triangles, one core: 0.4 us a
+// point near the surface, 0.6 to 1.6 in its box; more where much of the surface is equally far (the center of
+// a sphere: all of it).
 NearestTriangles nearest_triangles(const TriangleTree& tree, std::span<const double> points,
-                                   const CancelToken& cancel = {});
-
-// Points along the 3-D Hilbert curve over their box, as far as it lies around a mesh in [-1, 1]: neighbors in
-// the order are neighbors in space. O(n), some 50 ns a point.
-std::vector<std::uint32_t> order_along_curve(std::span<const double> points);
-
-// Bytes of a point while points are ordered.
-inline constexpr double curve_order_bytes = 36;
+                                   const CancelToken& cancel = {},
+                                   InstructionSet set = InstructionSet::automatic);
 
 // Upper bound of the bytes that nearest triangles take beside the points and the tree.
-constexpr double nearest_triangles_bytes(double points) { return points * (28 + curve_order_bytes); }
+constexpr double nearest_triangles_bytes(double points) { return points * 28; }
 
 }  // namespace meander

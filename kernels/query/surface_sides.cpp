@@ -6,7 +6,6 @@
 
 #include "kernels/core/parallel.h"
 #include "kernels/query/boundary_field.h"
-#include "kernels/query/lanes.h"
 #include "kernels/query/open_holes.h"
 #include "kernels/query/segment_crossings.h"
 #include "kernels/query/shell_grid.h"
@@ -58,26 +57,17 @@ struct ClosedWork {
   const NearestTriangles& nearest;
 };
 
-// A run of the order, the first by itself and each of the others by a step from the one before.
-void walk(const ClosedWork& work, std::span<const std::uint32_t> run, PointSides& out) {
+// The points from `begin` to `end`, the first by itself and each of the others by a step from the one before.
+void walk(const ClosedWork& work, std::size_t begin, std::size_t end, PointSides& out) {
   bool known = false;
-  std::uint32_t before = 0;
-  for (std::size_t r = 0; r < run.size(); ++r) {
-    const std::uint32_t i = run[r];
-    if (r + lanes::ahead < run.size()) {
-      const std::size_t next = run[r + lanes::ahead];
-      __builtin_prefetch(work.points.data() + 3 * next);
-      __builtin_prefetch(work.points.data() + 3 * next + 2);
-      __builtin_prefetch(work.nearest.distance.data() + next);
-      __builtin_prefetch(out.winding.data() + next, 1);
-    }
+  for (std::size_t i = begin; i < end; ++i) {
     const Vector3 here = point_at(work.points, i);
     bool stepped = false;
     if (known) {
-      const Vector3 there = point_at(work.points, before);
+      const Vector3 there = point_at(work.points, i - 1);
       const double step = distance(here, there) * (1 + 1e-9);
-      stepped = step < work.nearest.distance[before] || step < work.nearest.distance[i];
-      out.winding[i] = out.winding[before];
+      stepped = step < work.nearest.distance[i - 1] || step < work.nearest.distance[i];
+      out.winding[i] = out.winding[i - 1];
       if (!stepped) {
         const SegmentCrossings crossed = segment_crossings(work.tree, work.oriented.flipped, there, here);
         stepped = crossed.sure;
@@ -91,7 +81,6 @@ void walk(const ClosedWork& work, std::span<const std::uint32_t> run, PointSides
     }
     out.inside[i] = out.winding[i] != 0;
     out.certain[i] = known && work.oriented.nested && work.nearest.distance[i] > on_surface;
-    before = i;
   }
 }
 
@@ -99,9 +88,9 @@ void tell_closed(const TriangleTree& tree, const OrientedSurface& oriented, std:
                  const NearestTriangles& nearest, const CancelToken& cancel, PointSides& out) {
   const WindingTree winding = build_winding_tree(tree, oriented.flipped, whole_bound);
   const ClosedWork work{tree, oriented, winding, points, nearest};
-  parallel_blocks(nearest.order.size(), side_block, [&](std::size_t begin, std::size_t end) {
+  parallel_blocks(nearest.distance.size(), side_block, [&](std::size_t begin, std::size_t end) {
     cancel.check();
-    walk(work, std::span(nearest.order).subspan(begin, end - begin), out);
+    walk(work, begin, end, out);
   });
 }
 
@@ -132,12 +121,12 @@ struct WindingWork {
 };
 
 // Follows the way from the point before, whose anchor reaches to the new one.
-bool step_to(const WindingWork& work, std::uint32_t before, std::uint32_t i, Anchor& anchor) {
+bool step_to(const WindingWork& work, std::size_t i, Anchor& anchor) {
   const Vector3 here = point_at(work.points, i);
   if (!anchor.known || !(distance(here, anchor.at) < anchor.change.radius)) return false;
-  const Vector3 there = point_at(work.points, before);
+  const Vector3 there = point_at(work.points, i - 1);
   const double step = distance(here, there) * (1 + 1e-9);
-  if (step < work.nearest.distance[before] || step < work.nearest.distance[i]) return true;
+  if (step < work.nearest.distance[i - 1] || step < work.nearest.distance[i]) return true;
   const SegmentCrossings crossed = segment_crossings(work.tree, work.oriented.flipped, there, here);
   anchor.crossings += crossed.outward;
   return crossed.sure;
@@ -159,16 +148,15 @@ void set_anchor(const WindingWork& work, Vector3 here, double winding, double er
 
 // Whether what is missing beside an open edge may have made the side: it is the nearest. Where the winding
 // number is 1 or more all that may be missing adds to an inside.
-bool is_doubtful(const WindingWork& work, std::uint32_t i, double winding) {
+bool is_doubtful(const WindingWork& work, std::size_t i, double winding) {
   return std::abs(winding) < 1 && to_whole(winding) > nearly_whole && is_open(work.oriented, work.nearest, i);
 }
 
-void walk(const WindingWork& work, std::span<const std::uint32_t> run, PointSides& out) {
+void walk(const WindingWork& work, std::size_t begin, std::size_t end, PointSides& out) {
   Anchor anchor;
-  for (std::size_t r = 0; r < run.size(); ++r) {
-    const std::uint32_t i = run[r];
+  for (std::size_t i = begin; i < end; ++i) {
     const Vector3 here = point_at(work.points, i);
-    if (r == 0 || !step_to(work, run[r - 1], i, anchor))
+    if (i == begin || !step_to(work, i, anchor))
       set_anchor(work, here, winding_number(work.winding, here), usual_error, anchor);
     double winding = anchor.winding_at(here), error = anchor.error_at(here);
     if (anchor.error > strict_bound && is_near_threshold(winding, error)) {
@@ -194,9 +182,9 @@ void tell_by_winding(const TriangleTree& tree, const OrientedSurface& oriented,
   const BoundaryField boundary = build_boundary_field(oriented.boundary);
   const OpenHoles holes(oriented, tree.count());
   const WindingWork work{tree, oriented, winding, boundary, holes, points, nearest};
-  parallel_blocks(nearest.order.size(), side_block, [&](std::size_t begin, std::size_t end) {
+  parallel_blocks(nearest.distance.size(), side_block, [&](std::size_t begin, std::size_t end) {
     cancel.check();
-    walk(work, std::span(nearest.order).subspan(begin, end - begin), out);
+    walk(work, begin, end, out);
   });
 }
 
@@ -217,13 +205,13 @@ bool reaches(const ShellGrid& grid, const TriangleTree& tree, const SidePoint& f
   return is_free_segment(tree, from.at, here);
 }
 
-// Sides of a run by the grid. Points of cells of the surface have the side of a point no more than a cell
-// away that was looked up, if a way leads there.
+// Sides of the points from `begin` to `end` by the grid. Points of cells of the surface have the side of a
+// point no more than a cell away that was looked up, if a way leads there.
 void walk(const ShellGrid& grid, const TriangleTree& tree, std::span<const double> points,
-          const NearestTriangles& nearest, std::span<const std::uint32_t> run, PointSides& out) {
+          const NearestTriangles& nearest, std::size_t begin, std::size_t end, PointSides& out) {
   std::array<SidePoint, 3> last;  // outside, inside, uncertain
   std::size_t at = 0;
-  for (const std::uint32_t i : run) {
+  for (std::size_t i = begin; i < end; ++i) {
     const Vector3 here = point_at(points, i);
     ShellSide side;
     if (is_surface_cell(grid, here)) {
@@ -253,9 +241,9 @@ void walk(const ShellGrid& grid, const TriangleTree& tree, std::span<const doubl
 void tell_by_shell(const TriangleTree& tree, std::span<const double> points, const NearestTriangles& nearest,
                    const CancelToken& cancel, PointSides& out) {
   const ShellGrid grid = build_shell_grid(tree);
-  parallel_blocks(nearest.order.size(), side_block, [&](std::size_t begin, std::size_t end) {
+  parallel_blocks(nearest.distance.size(), side_block, [&](std::size_t begin, std::size_t end) {
     cancel.check();
-    walk(grid, tree, points, nearest, std::span(nearest.order).subspan(begin, end - begin), out);
+    walk(grid, tree, points, nearest, begin, end, out);
   });
 }
 
@@ -312,8 +300,7 @@ PointSides point_sides(const TriangleTree& tree, const OrientedSurface& oriented
                        std::span<const double> points, const NearestTriangles& nearest,
                        const CancelToken& cancel) {
   const std::size_t count = points.size() / 3;
-  if (nearest.distance.size() != count || nearest.triangle.size() != count || nearest.order.size() != count ||
-      points.size() % 3 != 0)
+  if (nearest.distance.size() != count || nearest.triangle.size() != count || points.size() % 3 != 0)
     throw std::invalid_argument("point_sides: a nearest triangle for each point");
   if (oriented.flipped.size() != tree.count() || oriented.open_sides.size() != tree.count())
     throw std::invalid_argument("point_sides: the orientation of another mesh");
@@ -329,6 +316,21 @@ PointSides point_sides(const TriangleTree& tree, const OrientedSurface& oriented
   if (rule == SignRule::shell) tell_by_shell(tree, points, nearest, cancel, out);
   for (const std::uint8_t certain : out.certain) out.uncertain += certain == 0;
   return out;
+}
+
+LabeledPoints label_points(const TriangleTree& tree, const OrientedSurface& oriented, SignRule rule,
+                           std::span<const double> points, const CancelToken& cancel) {
+  const CurvePoints along = along_curve(points);
+  LabeledPoints labels;
+  labels.nearest = nearest_triangles(tree, along.points, cancel);
+  labels.sides = point_sides(tree, oriented, rule, along.points, labels.nearest, cancel);
+  labels.nearest.distance = along.as_given(labels.nearest.distance);
+  labels.nearest.triangle = along.as_given(labels.nearest.triangle);
+  labels.nearest.weights = along.as_given(labels.nearest.weights, 2);
+  labels.sides.inside = along.as_given(labels.sides.inside);
+  labels.sides.certain = along.as_given(labels.sides.certain);
+  labels.sides.winding = along.as_given(labels.sides.winding);
+  return labels;
 }
 
 }  // namespace meander

@@ -10,6 +10,7 @@
 #include "kernels/core/words.h"
 #include "kernels/data/sign_rule.h"
 #include "kernels/query/boundary_field.h"
+#include "kernels/query/curve_order.h"
 #include "kernels/query/nearest_triangle.h"
 #include "kernels/query/open_holes.h"
 #include "kernels/query/oriented_surface.h"
@@ -64,25 +65,36 @@ std::optional<SignRule> chosen_rule(SignChoice choice, const PreparedMesh& mesh,
 // Tells the sides of 3 n coordinates in those of the mesh. tree: that of the mesh; nearest: what
 // nearest_triangles says of the points. |w| counts, so that a solid that is wound inward has an inside too.
 //
-// Closed: the winding number of the first of 512 points along a space-filling curve comes from all triangles
-// (WindingTree), those of the others by steps: where a ball without surface holds two points they have the
-// same, and elsewhere the crossings between them are counted (SegmentCrossings), or, where rounding would
-// decide, triangles again. A point is uncertain that is closer to the surface than double can tell.
-// Winding: along the same curve winding numbers are those of a point before, less the crossings between, plus
-// what the open edges make of the way (winding_change), where their field is even enough; and those of all
-// triangles elsewhere, strictly within an error of 0.02 near the threshold, to which the way adds 0.02. Far
-// from it they err by 0.01, and 0.1 at most, on real models. Uncertain within uncertain_winding of the
-// threshold; where the nearest point lies on an open edge, unless the number is within 0.03 of a whole one,
-// or above 1; and where several holes are near, unless they agree (OpenHoles). Shell: see shell_side; points
-// of cells of the surface have the side of a point up to a cell away, if a way along the curve leads there
-// past all triangles.
+// Points should follow each other as neighbors do (along_curve), else all of this takes far longer. Closed:
+// the winding number of the first of 512 points comes from all triangles (WindingTree), those of the others
+// by steps: where a ball without surface holds two points they have the same, and elsewhere the crossings
+// between them are counted (SegmentCrossings), or, where rounding would decide, triangles again. A point is
+// uncertain that is closer to the surface than double can tell. Winding: winding numbers are those of a point
+// before, less the crossings between, plus what the open edges make of the way (winding_change), where their
+// field is even enough; and those of all triangles elsewhere, strictly within an error of 0.02 near the
+// threshold, to which the way adds 0.02. Far from it they err by 0.01, and 0.1 at most, on real models.
+// Uncertain within uncertain_winding of the threshold; where the nearest point lies on an open edge, unless
+// the number is within 0.03 of a whole one, or above 1; and where several holes are near, unless they agree
+// (OpenHoles). Shell: see shell_side; points of cells of the surface have the side of a point up to a cell
+// away, if a way from point to point leads there past all triangles.
 //
-// Parallel; the same for every thread count. Points are taken in the order of `nearest`. Throws
+// Parallel; the same for every thread count. Throws
 // std::invalid_argument for the rule closed where the surface is not, and for arrays that do not fit; timeout
 // / RunCanceled from `cancel`. 0.1 to 0.3 us a point by the rule closed, 0.2 to 2 by the others.
 PointSides point_sides(const TriangleTree& tree, const OrientedSurface& oriented, SignRule rule,
                        std::span<const double> points, const NearestTriangles& nearest,
                        const CancelToken& cancel = {});
+
+// What is known of points.
+struct LabeledPoints {
+  NearestTriangles nearest;
+  PointSides sides;
+};
+
+// Nearest triangles and sides of 3 n coordinates in any order, which are taken along a curve; errors as
+// above.
+LabeledPoints label_points(const TriangleTree& tree, const OrientedSurface& oriented, SignRule rule,
+                           std::span<const double> points, const CancelToken& cancel = {});
 
 // Upper bound of the bytes that sides take by any rule beside the points, what is known of them, the tree and
 // the orientation.
@@ -90,6 +102,11 @@ constexpr double point_sides_bytes(double triangles, double points) {
   constexpr double bytes_per_point = 10;
   return points * bytes_per_point + winding_tree_bytes(triangles) + boundary_field_bytes(3 * triangles) +
          open_holes_bytes(triangles) + shell_grid_bytes();
+}
+constexpr double label_points_bytes(double triangles, double points) {
+  // Points along the curve, and one array twice, of 2 doubles a point.
+  return points * (curve_points_bytes + 16) + nearest_triangles_bytes(points) +
+         point_sides_bytes(triangles, points);
 }
 
 }  // namespace meander

@@ -9,6 +9,7 @@
 
 #include "kernels/core/parallel.h"
 #include "kernels/core/portable_functions.h"
+#include "kernels/query/curve_order.h"
 #include "kernels/query/lanes.h"
 #include "kernels/query/nearest_triangle.h"
 
@@ -275,6 +276,13 @@ struct Angles {
   Doubles re, im, turns;
 };
 
+void add_angle(double& sum_re, double& sum_im, double& turns, double re, double im) {
+  const double product_re = sum_re * re - sum_im * im, product_im = sum_re * im + sum_im * re;
+  if (sum_im >= 0 && im >= 0 && product_im < 0) ++turns;
+  if (sum_im < 0 && im < 0 && product_im >= 0) --turns;
+  sum_re = product_re;
+  sum_im = product_im;
+}
 MEANDER_INLINE void add_angles(Angles& sum, const Doubles& re, const Doubles& im) {
   const auto zero = lanes::all<Doubles>(0.0), one = lanes::all<Doubles>(1.0);
   const Doubles product_re = sum.re * re - sum.im * im, product_im = sum.re * im + sum.im * re;
@@ -364,9 +372,11 @@ double winding_at(const WindingTree& winding, const double (&point)[3], bool str
   lanes::store(near.turns, turns.data());
   double sum = 0;
   for (const float value : far_sums) sum += static_cast<double>(value);
-  for (std::size_t k = 0; k < 4; ++k)
-    sum += turns[k] + 0.5 * std::numbers::inv_pi * portable::atan2(im[k], re[k]);
-  return sum;
+  for (std::size_t k = 1; k < 4; ++k) {
+    turns[0] += turns[k];
+    add_angle(re[0], im[0], turns[0], re[k], im[k]);
+  }
+  return sum + turns[0] + 0.5 * std::numbers::inv_pi * portable::atan2(im[0], re[0]);
 }
 
 void wind_run(const WindingTree& winding, std::span<const double> points, std::span<const std::uint32_t> run,
@@ -418,21 +428,15 @@ double winding_number(const WindingTree& winding, Vector3 point, bool strictly) 
 
 std::vector<double> winding_numbers(const WindingTree& winding, std::span<const double> points,
                                     const CancelToken& cancel) {
-  return winding_numbers(winding, points, order_along_curve(points), cancel);
-}
-
-std::vector<double> winding_numbers(const WindingTree& winding, std::span<const double> points,
-                                    std::span<const std::uint32_t> order, const CancelToken& cancel) {
   if (points.size() % 3 != 0) throw std::invalid_argument("winding_numbers: three coordinates a point");
   for (const double c : points)
     if (!(std::abs(c) <= farthest_point))
       throw std::invalid_argument("winding_numbers: points must be finite, and not too far from the mesh");
+  const std::vector<std::uint32_t> order = order_along_curve(points);
   std::vector<double> out(points.size() / 3);
-  if (order.size() != out.size())
-    throw std::invalid_argument("winding_numbers: an order of as many as there are points");
   parallel_blocks(out.size(), winding_block, [&](std::size_t begin, std::size_t end) {
     cancel.check();
-    wind_run(winding, points, order.subspan(begin, end - begin), out);
+    wind_run(winding, points, std::span(order).subspan(begin, end - begin), out);
   });
   return out;
 }

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "kernels/core/cancel.h"
-#include "kernels/query/nearest_triangle.h"
+#include "kernels/query/curve_order.h"
 #include "kernels/query/triangle_tree.h"
 
 namespace meander {
@@ -68,9 +68,6 @@ double winding_number(const WindingTree& winding, Vector3 point, bool strictly =
 // triangles once each at most. Throws timeout / RunCanceled from `cancel`.
 std::vector<double> winding_numbers(const WindingTree& winding, std::span<const double> points,
                                     const CancelToken& cancel = {});
-// The same for points whose order along a curve is known (order_along_curve).
-std::vector<double> winding_numbers(const WindingTree& winding, std::span<const double> points,
-                                    std::span<const std::uint32_t> order, const CancelToken& cancel = {});
 
 // Upper bound of the bytes that they take beside the points, sorting included.
 constexpr double winding_numbers_bytes(double points) { return points * (8 + curve_order_bytes); }

@@ -126,8 +126,8 @@ Section section_picture(const PreparedMesh& mesh, const TriangleTree& tree, cons
         "section_picture: an axis of 0 to 2, a finite place, 16 to 4096 pixels, a margin below 0.5");
   const Frame frame = frame_of(mesh, parameters);
   const std::vector<double> points = pixel_middles(frame, parameters);
-  const NearestTriangles nearest = nearest_triangles(tree, points, cancel);
-  const PointSides sides = point_sides(tree, oriented, rule, points, nearest, cancel);
+  const LabeledPoints labels = label_points(tree, oriented, rule, points, cancel);
+  const PointSides& sides = labels.sides;
   const Outline outline = outline_of(mesh, frame, parameters);
   Section section;
   section.picture = RgbImage(parameters.size, parameters.size);
@@ -137,7 +137,7 @@ Section section_picture(const PreparedMesh& mesh, const TriangleTree& tree, cons
       const bool inside = sides.inside[i] != 0, certain = sides.certain[i] != 0;
       section.inside += inside;
       section.uncertain += !certain;
-      const double band = std::floor(nearest.distance[i] / (frame.pixel * parameters.size) * bands);
+      const double band = std::floor(labels.nearest.distance[i] / (frame.pixel * parameters.size) * bands);
       const double light = least_light + (1 - least_light) / (1 + 0.15 * band);
       SrgbColor color = rule == SignRule::none ? section_without_side
                         : inside               ? section_inside

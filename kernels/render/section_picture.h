@@ -37,7 +37,7 @@ Section section_picture(const PreparedMesh& mesh, const TriangleTree& tree, cons
 // Upper bound of the bytes that it takes beside the mesh, its tree and its orientation.
 constexpr double section_picture_bytes(double triangles, double size) {
   const double pixels = size * size;
-  return nearest_triangles_bytes(pixels) + point_sides_bytes(triangles, pixels) + 31 * pixels;
+  return label_points_bytes(triangles, pixels) + 31 * pixels;
 }
 
 }  // namespace meander

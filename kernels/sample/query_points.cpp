@@ -17,6 +17,7 @@
 #include "kernels/curve/curve_key.h"
 #include "kernels/mesh/prepare_mesh.h"
 #include "kernels/mesh/surface_walk.h"
+#include "kernels/query/curve_order.h"
 #include "kernels/query/nearest_triangle.h"
 #include "kernels/query/oriented_surface.h"
 #include "kernels/query/triangle_tree.h"
@@ -284,6 +285,7 @@ class QuerySurface {
   const PreparedMesh* mesh_;
 };
 
+// Of points along a curve.
 PointSides sides_of(const PreparedMesh& mesh, const TriangleTree& tree, SignChoice choice,
                     std::span<const double> points, const NearestTriangles& nearest,
                     const CancelToken& cancel) {
@@ -294,7 +296,7 @@ PointSides sides_of(const PreparedMesh& mesh, const TriangleTree& tree, SignChoi
   return point_sides(tree, oriented, rule, points, nearest, cancel);
 }
 
-void add_sides(PointSides sides, Row& row) {
+void add_sides(const CurvePoints& along, PointSides sides, Row& row) {
   const std::size_t count = sides.inside.size();
   Samples& samples = row.samples;
   row.report.sign_rule = sides.rule;
@@ -302,22 +304,24 @@ void add_sides(PointSides sides, Row& row) {
   if (sides.rule == SignRule::none) std::fill(sides.certain.begin(), sides.certain.end(), std::uint8_t{0});
   samples.query_winding.assign(count, std::numeric_limits<float>::quiet_NaN());
   for (std::size_t i = 0; i < sides.winding.size(); ++i)
-    samples.query_winding[i] = static_cast<float>(sides.winding[i]);
-  samples.query_inside = std::move(sides.inside);
-  samples.query_certain = std::move(sides.certain);
+    samples.query_winding[along.order[i]] = static_cast<float>(sides.winding[i]);
+  samples.query_inside = along.as_given(sides.inside);
+  samples.query_certain = along.as_given(sides.certain);
 }
 
-void add_nearest(const QuerySurface& surface, const NearestTriangles& nearest, Samples& samples) {
+void add_nearest(const QuerySurface& surface, const CurvePoints& along, const NearestTriangles& nearest,
+                 Samples& samples) {
   const std::size_t count = nearest.triangle.size();
   samples.query_face.resize(count);
   samples.query_corners.resize(3 * count);
   samples.query_barycentric.resize(2 * count);
   for (std::size_t i = 0; i < count; ++i) {
+    const std::size_t point = along.order[i];
     const std::uint32_t t = nearest.triangle[i];
-    samples.query_face[i] = surface.mesh().polygon[t];
-    for (std::size_t k = 0; k < 3; ++k) samples.query_corners[3 * i + k] = surface.corner(t, k);
+    samples.query_face[point] = surface.mesh().polygon[t];
+    for (std::size_t k = 0; k < 3; ++k) samples.query_corners[3 * point + k] = surface.corner(t, k);
     for (std::size_t k = 0; k < 2; ++k)
-      samples.query_barycentric[2 * i + k] = static_cast<float>(nearest.weights[2 * i + k]);
+      samples.query_barycentric[2 * point + k] = static_cast<float>(nearest.weights[2 * i + k]);
   }
 }
 
@@ -401,28 +405,29 @@ void add_query_points(const PolygonMesh& file, const PreparedMesh& surface, cons
 
   const QuerySurface queried(file, surface, cancel);
   const PreparedMesh& mesh = queried.mesh();
-  const std::vector<double> points = working_points(report, samples.query_points, mesh);
+  const CurvePoints along = along_curve(working_points(report, samples.query_points, mesh));
   const TriangleTree tree = build_triangle_tree(mesh.x, mesh.y, mesh.z, mesh.triangles);
   cancel.check();
-  const NearestTriangles nearest = nearest_triangles(tree, points, cancel);
+  const NearestTriangles nearest = nearest_triangles(tree, along.points, cancel);
   const bool has_sign = parameters.sign != SignChoice::none;
-  if (has_sign) add_sides(sides_of(mesh, tree, parameters.sign, points, nearest, cancel), row);
+  if (has_sign) add_sides(along, sides_of(mesh, tree, parameters.sign, along.points, nearest, cancel), row);
   const double scale = mesh.unit / report.scale;
   samples.query_distance.resize(places.size());
   for (std::size_t i = 0; i < places.size(); ++i) {
+    const std::size_t point = along.order[i];
     const auto distance = static_cast<float>(nearest.distance[i] * scale);
-    samples.query_distance[i] = has_sign && samples.query_inside[i] != 0 ? -distance : distance;
+    samples.query_distance[point] = has_sign && samples.query_inside[point] != 0 ? -distance : distance;
   }
   if (parameters.halves) {
     round_to_halves(samples.query_distance);
     round_to_halves(samples.query_winding);
   }
-  if (parameters.nearest) add_nearest(queried, nearest, samples);
+  if (parameters.nearest) add_nearest(queried, along, nearest, samples);
 }
 
 double query_bytes(double queries, double triangles, double vertices) {
-  // Places, points in three frames, and those on edges; the row and its chunks.
-  constexpr double per_query = 8 + 24 + 24 + 24 + 48 + 2 * 70;
+  // Places, points in three frames, their order, and those on edges; the row and its chunks.
+  constexpr double per_query = 8 + 24 + 24 + 24 + curve_order_bytes + 48 + 2 * 70;
   // A copy of the file's faces, and a mesh of its own made of it.
   const double own = 24 * vertices + 16 * triangles +
                      std::max(drop_doubled_faces_bytes(triangles, 3 * triangles, vertices),

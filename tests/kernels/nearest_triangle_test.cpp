@@ -10,6 +10,7 @@
 #include "kernels/core/parallel.h"
 #include "kernels/core/random.h"
 #include "kernels/mesh/prepare_mesh.h"
+#include "kernels/query/curve_order.h"
 #include "support/catch.h"
 #include "support/query_meshes.h"
 #include "support/test_meshes.h"
@@ -208,7 +209,7 @@ TEST_CASE("nearest_triangles: the tree lists every triangle once, within its box
   CHECK(alone.leaf_begin == tree.leaf_begin);
 }
 
-TEST_CASE("nearest_triangles: the same for every thread count and order of the points") {
+TEST_CASE("nearest_triangles: the same for every thread count, order of the points and instruction set") {
   const PreparedMesh mesh = prepare_mesh(torus(120, 70));
   const TriangleTree tree = tree_of(mesh);
   const std::vector<double> points = points_around(soup_of(mesh), 40000, 9);
@@ -221,6 +222,21 @@ TEST_CASE("nearest_triangles: the same for every thread count and order of the p
   std::vector<double> distance = nearest_triangles(tree, reversed).distance;
   std::reverse(distance.begin(), distance.end());
   CHECK(distance == expected.distance);
+  check_same(nearest_triangles(tree, points, {}, InstructionSet::scalar), expected);
+  const CurvePoints along = along_curve(points);
+  CHECK(along.as_given(nearest_triangles(tree, along.points).weights, 2) == expected.weights);
+}
+
+TEST_CASE("along_curve: points are taken along the curve, and values come back as they were given") {
+  const std::vector<double> points = points_around(soup_of(prepare_mesh(torus(20, 10))), 5000, 4);
+  const CurvePoints along = along_curve(points);
+  CHECK(along.as_given(along.points, 3) == points);
+  std::vector<std::uint32_t> numbers(along.order.size());
+  std::iota(numbers.begin(), numbers.end(), 0);
+  CHECK(along.as_given(along.order) == numbers);
+  CHECK(along.as_given(std::vector<float>{}).empty());
+  CHECK_THROWS_AS(along_curve(std::vector<double>{0, 0}), std::invalid_argument);
+  CHECK(along_curve({}).points.empty());
 }
 
 TEST_CASE("nearest_triangles: refuses what it cannot answer") {

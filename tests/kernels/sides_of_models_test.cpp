@@ -184,8 +184,7 @@ TEST_CASE("point_sides: two holes together make no inside") {
   const SidedMesh both(merged(box, copy));
   REQUIRE(both.oriented.open_edges == 64);
   const std::vector<double> points = side_points(both.mesh, damage_points, 3);
-  const PointSides found =
-      point_sides(both.tree, both.oriented, SignRule::winding, points, nearest_triangles(both.tree, points));
+  const PointSides found = label_points(both.tree, both.oriented, SignRule::winding, points).sides;
   std::size_t wrong = 0, certain_above = 0, uncertain_above = 0;
   for (std::size_t i = 0; i < damage_points; ++i) {
     const Vector3 p =

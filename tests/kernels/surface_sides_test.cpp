@@ -71,8 +71,7 @@ TEST_CASE("orient_outward: no side is certain where it would take too long to sa
   CHECK_FALSE(sided.oriented.nested);
   CHECK(sided.rule == SignRule::shell);
   const std::vector<double> point{0, 0, 0.5};
-  CHECK(point_sides(sided.tree, sided.oriented, SignRule::closed, point, nearest_triangles(sided.tree, point))
-            .uncertain == 1);
+  CHECK(label_points(sided.tree, sided.oriented, SignRule::closed, point).sides.uncertain == 1);
 }
 
 TEST_CASE("orient_outward: components that overlap are one solid") {
@@ -172,8 +171,7 @@ TEST_CASE("sign_rule: by winding where little is missing, by shell else") {
     CHECK(found.uncertain == 0);
     CHECK(found.inside[0] == 0);
     CHECK(found.winding.empty());
-    const PointSides none =
-        point_sides(sheet.tree, sheet.oriented, SignRule::none, point, nearest_triangles(sheet.tree, point));
+    const PointSides none = label_points(sheet.tree, sheet.oriented, SignRule::none, point).sides;
     CHECK(none.uncertain == 1);
     CHECK(none.inside[0] == 0);
   }
@@ -184,9 +182,8 @@ TEST_CASE("point_sides: by shell as by winding numbers where a surface is closed
                                   merged(sphere(1), sphere(1, 1.2)), slab_with_tunnels(3)}) {
     const SidedMesh sided(mesh);
     const std::vector<double> points = side_points(sided.mesh, 20000, 8);
-    const NearestTriangles nearest = nearest_triangles(sided.tree, points);
     const auto shell = [&] {
-      return point_sides(sided.tree, sided.oriented, SignRule::shell, points, nearest);
+      return label_points(sided.tree, sided.oriented, SignRule::shell, points).sides;
     };
     const PointSides found = on_threads(1, shell), expected = sided.sides(points);
     CHECK(on_threads(3, shell).inside == found.inside);
@@ -202,8 +199,7 @@ TEST_CASE("point_sides: by shell narrow gaps are closed and wide ones open, and 
   const auto side_of = [](const PolygonMesh& mesh, Vector3 file) {
     const SidedMesh sided(mesh);
     const std::vector<double> point = sided.working(std::vector<double>{file.x, file.y, file.z});
-    const PointSides found =
-        point_sides(sided.tree, sided.oriented, SignRule::shell, point, nearest_triangles(sided.tree, point));
+    const PointSides found = label_points(sided.tree, sided.oriented, SignRule::shell, point).sides;
     return std::pair(found.inside[0] != 0, found.certain[0] != 0);
   };
   using Side = std::pair<bool, bool>;

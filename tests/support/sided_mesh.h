@@ -30,7 +30,7 @@ struct SidedMesh {
     rule = sign_rule(mesh, tree, oriented);
   }
   PointSides sides(std::span<const double> points) const {
-    return point_sides(tree, oriented, rule, points, nearest_triangles(tree, points));
+    return label_points(tree, oriented, rule, points).sides;
   }
   // In file coordinates.
   std::vector<double> working(std::span<const double> points) const {
