@@ -12,8 +12,6 @@ namespace meander {
 
 namespace {
 
-using lanes::Doubles;
-
 // Nothing is trusted nearer to an edge than this, nor nearer than so many times its length.
 constexpr double nearest_edge = 1e-9, nearest_share = 1e-5;
 // Of the distance of the nearest edge.
@@ -23,13 +21,15 @@ constexpr double far_block = 6;
 // Where there is no edge.
 constexpr double nowhere = 1e30;
 
-double sum_of(const Doubles& v) {
+template <class Doubles>
+MEANDER_INLINE double sum_of(const Doubles& v) {
   double value[4];
   lanes::store(v, value);
   return (value[0] + value[1]) + (value[2] + value[3]);
 }
 
 // Sums over edges.
+template <class Doubles>
 struct Sums {
   Doubles x, y, z;
   Doubles second;     // bounds of second derivatives
@@ -37,7 +37,9 @@ struct Sums {
   Doubles nearest;    // squared distance
 };
 
-MEANDER_INLINE void add_edges(const BoundaryField::Edges& edges, const double (&point)[3], Sums& sums) {
+template <class Doubles>
+MEANDER_INLINE void add_edges(const BoundaryField::Edges& edges, const double (&point)[3],
+                              Sums<Doubles>& sums) {
   const auto zero = lanes::all<Doubles>(0.0), one = lanes::all<Doubles>(1.0),
              least = lanes::all<Doubles>(1e-300);
   const Doubles ax = lanes::load<Doubles>(edges.end[0].data()) - point[0],
@@ -74,8 +76,9 @@ MEANDER_INLINE void add_edges(const BoundaryField::Edges& edges, const double (&
 }
 
 // Adds the blocks that are far, and returns a bit for each of the others.
+template <class Doubles>
 MEANDER_INLINE unsigned add_far_blocks(const BoundaryField::Blocks& blocks, const double (&point)[3],
-                                       Sums& sums) {
+                                       Sums<Doubles>& sums) {
   const auto zero = lanes::all<Doubles>(0.0);
   const Doubles x = point[0] - lanes::load<Doubles>(blocks.center[0].data()),
                 y = point[1] - lanes::load<Doubles>(blocks.center[1].data()),
@@ -102,6 +105,41 @@ MEANDER_INLINE unsigned add_far_blocks(const BoundaryField::Blocks& blocks, cons
   unsigned near = 0;
   for (std::size_t k = 0; k < BoundaryField::lanes; ++k) near |= is_far[k] > 0 ? 0u : 1u << k;
   return near;
+}
+
+template <class Doubles>
+MEANDER_INLINE WindingChange change_in_lanes(const BoundaryField& field, Vector3 point, double tolerance) {
+  const auto zero = lanes::all<Doubles>(0.0);
+  const double at[3] = {point.x, point.y, point.z};
+  Sums<Doubles> sums{zero, zero, zero, zero, zero, lanes::all<Doubles>(nowhere)};
+  for (std::size_t b = 0; b < field.blocks.size(); ++b)
+    for (unsigned near = add_far_blocks(field.blocks[b], at, sums); near != 0; near &= near - 1) {
+      const std::size_t block = BoundaryField::lanes * b + static_cast<std::size_t>(std::countr_zero(near));
+      for (std::size_t e = 0; e < BoundaryField::edges_in_block; ++e)
+        add_edges(field.edges[BoundaryField::edges_in_block * block + e], at, sums);
+    }
+  constexpr double per_sphere = 0.25 * std::numbers::inv_pi;
+  WindingChange change;
+  change.gradient = per_sphere * Vector3{sum_of(sums.x), sum_of(sums.y), sum_of(sums.z)};
+  double nearest[BoundaryField::lanes];
+  lanes::store(sums.nearest, nearest);
+  const double distance = std::sqrt(*std::min_element(nearest, nearest + BoundaryField::lanes));
+  // Within a third of the distance second derivatives are at most (3 / 2)^3 times as large.
+  const double second = per_sphere * sum_of(sums.second) * 27 / 8,
+               uncertain = per_sphere * sum_of(sums.uncertain);
+  // second r^2 / 2 + uncertain r = tolerance
+  const double reach =
+      2 * tolerance / (uncertain + std::sqrt(uncertain * uncertain + 2 * second * tolerance));
+  change.radius = std::min(largest_share * distance, reach);
+  return change;
+}
+
+WindingChange change_by_pairs(const BoundaryField& field, Vector3 point, double tolerance) {
+  return change_in_lanes<lanes::Pairs::Doubles>(field, point, tolerance);
+}
+MEANDER_TARGET("avx2")
+WindingChange change_avx2(const BoundaryField& field, Vector3 point, double tolerance) {
+  return change_in_lanes<lanes::Wide::Doubles>(field, point, tolerance);
 }
 
 }  // namespace
@@ -162,30 +200,10 @@ BoundaryField build_boundary_field(std::span<const double> boundary) {
   return field;
 }
 
-WindingChange winding_change(const BoundaryField& field, Vector3 point, double tolerance) {
-  const auto zero = lanes::all<Doubles>(0.0);
-  const double at[3] = {point.x, point.y, point.z};
-  Sums sums{zero, zero, zero, zero, zero, lanes::all<Doubles>(nowhere)};
-  for (std::size_t b = 0; b < field.blocks.size(); ++b)
-    for (unsigned near = add_far_blocks(field.blocks[b], at, sums); near != 0; near &= near - 1) {
-      const std::size_t block = BoundaryField::lanes * b + static_cast<std::size_t>(std::countr_zero(near));
-      for (std::size_t e = 0; e < BoundaryField::edges_in_block; ++e)
-        add_edges(field.edges[BoundaryField::edges_in_block * block + e], at, sums);
-    }
-  constexpr double per_sphere = 0.25 * std::numbers::inv_pi;
-  WindingChange change;
-  change.gradient = per_sphere * Vector3{sum_of(sums.x), sum_of(sums.y), sum_of(sums.z)};
-  double nearest[BoundaryField::lanes];
-  lanes::store(sums.nearest, nearest);
-  const double distance = std::sqrt(*std::min_element(nearest, nearest + BoundaryField::lanes));
-  // Within a third of the distance second derivatives are at most (3 / 2)^3 times as large.
-  const double second = per_sphere * sum_of(sums.second) * 27 / 8,
-               uncertain = per_sphere * sum_of(sums.uncertain);
-  // second r^2 / 2 + uncertain r = tolerance
-  const double reach =
-      2 * tolerance / (uncertain + std::sqrt(uncertain * uncertain + 2 * second * tolerance));
-  change.radius = std::min(largest_share * distance, reach);
-  return change;
+WindingChange winding_change(const BoundaryField& field, Vector3 point, double tolerance,
+                             InstructionSet set) {
+  return lanes::takes_wide(set) ? change_avx2(field, point, tolerance)
+                                : change_by_pairs(field, point, tolerance);
 }
 
 }  // namespace meander

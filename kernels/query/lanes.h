@@ -30,6 +30,23 @@ using Doubles = Pair<Doubles2>;
 // For functions with instructions of AVX2 (MEANDER_TARGET), into which everything here is inlined.
 using WideFloats = float __attribute__((vector_size(32)));
 using WideMask = std::int32_t __attribute__((vector_size(32)));
+using WideDoubles = double __attribute__((vector_size(32)));
+using WideLongMask = std::int64_t __attribute__((vector_size(32)));
+
+// What a loop is written for.
+struct Pairs {
+  using Floats = lanes::Floats;
+  using Doubles = lanes::Doubles;
+};
+struct Wide {
+  using Floats = WideFloats;
+  using Doubles = WideDoubles;
+};
+// Whether the processor has the instructions of Wide, and they are not to be left out.
+inline bool takes_wide(InstructionSet set = InstructionSet::automatic) {
+  static const bool is_wide = is_available(InstructionSet::avx2);
+  return is_wide && set != InstructionSet::scalar;
+}
 
 #define MEANDER_PAIR_OPERATOR(OP)                                                                        \
   template <class Half>                                                                                  \
@@ -66,6 +83,9 @@ MEANDER_INLINE Pair<Half> select(const Pair<Mask>& mask, const Pair<Half>& yes, 
 MEANDER_INLINE WideFloats select(const WideMask& mask, const WideFloats& yes, const WideFloats& no) {
   return mask ? yes : no;
 }
+MEANDER_INLINE WideDoubles select(const WideLongMask& mask, const WideDoubles& yes, const WideDoubles& no) {
+  return mask ? yes : no;
+}
 
 // b where one is no number.
 MEANDER_INLINE Floats larger(const Floats& a, const Floats& b) {
@@ -78,6 +98,7 @@ MEANDER_INLINE Floats smaller(const Floats& a, const Floats& b) {
 }
 MEANDER_INLINE Doubles larger(const Doubles& a, const Doubles& b) { return select(a > b, a, b); }
 MEANDER_INLINE WideFloats larger(const WideFloats& a, const WideFloats& b) { return a > b ? a : b; }
+MEANDER_INLINE WideDoubles larger(const WideDoubles& a, const WideDoubles& b) { return a > b ? a : b; }
 MEANDER_INLINE WideFloats smaller(const WideFloats& a, const WideFloats& b) { return a < b ? a : b; }
 
 template <class Vector, class Value>
@@ -111,6 +132,12 @@ MEANDER_INLINE WideFloats root(const WideFloats& v) {
   const Floats both =
       root(Floats{__builtin_shufflevector(v, v, 0, 1, 2, 3), __builtin_shufflevector(v, v, 4, 5, 6, 7)});
   return __builtin_shufflevector(both.low, both.high, 0, 1, 2, 3, 4, 5, 6, 7);
+}
+
+MEANDER_INLINE WideDoubles root(const WideDoubles& v) {
+  const Doubles both =
+      root(Doubles{__builtin_shufflevector(v, v, 0, 1), __builtin_shufflevector(v, v, 2, 3)});
+  return __builtin_shufflevector(both.low, both.high, 0, 1, 2, 3);
 }
 
 // A bit for each of eight lanes of a comparison where it holds.

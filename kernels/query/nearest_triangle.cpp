@@ -177,16 +177,13 @@ MEANDER_INLINE void search(const TriangleTree& tree, Group& group, unsigned of) 
 using GroupSearch = void (*)(const TriangleTree& tree, Group& group, unsigned of);
 
 void search_by_pairs(const TriangleTree& tree, Group& group, unsigned of) {
-  search<lanes::Floats>(tree, group, of);
+  search<lanes::Pairs::Floats>(tree, group, of);
 }
 MEANDER_TARGET("avx2") void search_avx2(const TriangleTree& tree, Group& group, unsigned of) {
-  search<lanes::WideFloats>(tree, group, of);
+  search<lanes::Wide::Floats>(tree, group, of);
 }
 // Both find the same.
-GroupSearch search_of(InstructionSet set) {
-  static const bool is_wide = is_available(InstructionSet::avx2);
-  return is_wide && set != InstructionSet::scalar ? search_avx2 : search_by_pairs;
-}
+GroupSearch search_of(InstructionSet set) { return lanes::takes_wide(set) ? search_avx2 : search_by_pairs; }
 
 // The same for points that are far away, in double.
 void search_far(const TriangleTree& tree, Vector3 point, double extent, Found& found) {

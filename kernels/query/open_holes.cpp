@@ -82,7 +82,7 @@ double OpenHoles::reach_of(std::size_t h) const {
 
 double OpenHoles::share_of(std::size_t h, Vector3 at) const {
   return own_[h] ? winding_number(own_[h]->winding, at)
-                 : exact_winding_number(cones_.x, cones_.y, cones_.z, triangles_of(h), at);
+                 : short_winding_number(cones_.x, cones_.y, cones_.z, triangles_of(h), at);
 }
 
 }  // namespace meander

@@ -19,9 +19,6 @@ namespace {
 
 constexpr std::size_t winding_block = 512;
 
-using lanes::Doubles;
-using lanes::Floats;
-
 // ---- moments
 
 // The integrals over a set of triangles of the normal n, of n_i s_j and of n_i s_j s_k, s being the place
@@ -272,6 +269,7 @@ class WindingBuilder {
 
 // A product of complex numbers, whose angles are added up: four at a time, with the turns that they have made
 // beyond (-pi, pi].
+template <class Doubles>
 struct Angles {
   Doubles re, im, turns;
 };
@@ -283,7 +281,8 @@ void add_angle(double& sum_re, double& sum_im, double& turns, double re, double 
   sum_re = product_re;
   sum_im = product_im;
 }
-MEANDER_INLINE void add_angles(Angles& sum, const Doubles& re, const Doubles& im) {
+template <class Doubles>
+MEANDER_INLINE void add_angles(Angles<Doubles>& sum, const Doubles& re, const Doubles& im) {
   const auto zero = lanes::all<Doubles>(0.0), one = lanes::all<Doubles>(1.0);
   const Doubles product_re = sum.re * re - sum.im * im, product_im = sum.re * im + sum.im * re;
   const auto beyond = (sum.im >= zero) & (im >= zero) & (product_im < zero),
@@ -295,8 +294,9 @@ MEANDER_INLINE void add_angles(Angles& sum, const Doubles& re, const Doubles& im
 
 // Adds half of the solid angles of four triangles (Van Oosterom, Strackee 1983). One in whose plane the point
 // lies adds nothing.
+template <class Doubles>
 MEANDER_INLINE void add_triangles(const WindingTree::Leaf& leaf, std::size_t first, const double (&point)[3],
-                                  Angles& sum) {
+                                  Angles<Doubles>& sum) {
   Doubles v[9];
 #pragma GCC unroll 9
   for (std::size_t k = 0; k < 9; ++k)
@@ -313,13 +313,17 @@ MEANDER_INLINE void add_triangles(const WindingTree::Leaf& leaf, std::size_t fir
   add_angles(sum, lanes::select(flat, lanes::all<Doubles>(1.0), base), volume);
 }
 
-double winding_at(const WindingTree& winding, const double (&point)[3], bool strictly) {
+template <class Lanes>
+MEANDER_INLINE double winding_in_lanes(const WindingTree& winding, Vector3 at_point, bool strictly) {
+  using Floats = typename Lanes::Floats;
+  using Doubles = typename Lanes::Doubles;
+  const double point[3] = {at_point.x, at_point.y, at_point.z};
   const TriangleTree& tree = *winding.tree;
   const float x = static_cast<float>(point[0]), y = static_cast<float>(point[1]),
               z = static_cast<float>(point[2]);
   const auto none = lanes::all<Doubles>(0.0);
   auto far = lanes::all<Floats>(0.0f);
-  Angles near = {lanes::all<Doubles>(1.0), none, none};
+  Angles<Doubles> near = {lanes::all<Doubles>(1.0), none, none};
   std::uint32_t stack[TriangleTree::max_waiting];
   std::size_t waiting = 0;
   std::uint32_t at = 0;
@@ -379,19 +383,32 @@ double winding_at(const WindingTree& winding, const double (&point)[3], bool str
   return sum + turns[0] + 0.5 * std::numbers::inv_pi * portable::atan2(im[0], re[0]);
 }
 
+double winding_by_pairs(const WindingTree& winding, Vector3 point, bool strictly) {
+  return winding_in_lanes<lanes::Pairs>(winding, point, strictly);
+}
+MEANDER_TARGET("avx2") double winding_avx2(const WindingTree& winding, Vector3 point, bool strictly) {
+  return winding_in_lanes<lanes::Wide>(winding, point, strictly);
+}
+// Both give the same.
+double winding_at(const WindingTree& winding, Vector3 point, bool strictly, InstructionSet set) {
+  return lanes::takes_wide(set) ? winding_avx2(winding, point, strictly)
+                                : winding_by_pairs(winding, point, strictly);
+}
+
 void wind_run(const WindingTree& winding, std::span<const double> points, std::span<const std::uint32_t> run,
-              std::vector<double>& out) {
+              InstructionSet set, std::vector<double>& out) {
   for (const std::uint32_t i : run) {
-    const double point[3] = {points[3 * std::size_t{i}], points[3 * std::size_t{i} + 1],
-                             points[3 * std::size_t{i} + 2]};
-    out[i] = winding_at(winding, point, false);
+    const Vector3 point{points[3 * std::size_t{i}], points[3 * std::size_t{i} + 1],
+                        points[3 * std::size_t{i} + 2]};
+    out[i] = winding_at(winding, point, false, set);
   }
 }
-}  // namespace
 
-double exact_winding_number(std::span<const double> x, std::span<const double> y, std::span<const double> z,
-                            std::span<const std::uint32_t> triangles, Vector3 point) {
-  double sum = 0;
+// Visits half of the solid angle of each triangle as a complex number, but of those whose plane holds the
+// point.
+template <class Visit>
+void visit_half_angles(std::span<const double> x, std::span<const double> y, std::span<const double> z,
+                       std::span<const std::uint32_t> triangles, Vector3 point, const Visit& visit) {
   for (std::size_t t = 0; t + 2 < triangles.size(); t += 3) {
     std::array<Vector3, 3> v;
     for (std::size_t k = 0; k < 3; ++k) {
@@ -401,9 +418,29 @@ double exact_winding_number(std::span<const double> x, std::span<const double> y
     const double a = norm(v[0]), b = norm(v[1]), c = norm(v[2]);
     const double volume = dot(v[0], cross(v[1], v[2]));
     const double base = a * b * c + dot(v[0], v[1]) * c + dot(v[1], v[2]) * a + dot(v[2], v[0]) * b;
-    if (volume != 0) sum += portable::atan2(volume, base);
+    if (volume != 0) visit(base, volume);
   }
+}
+
+}  // namespace
+
+double exact_winding_number(std::span<const double> x, std::span<const double> y, std::span<const double> z,
+                            std::span<const std::uint32_t> triangles, Vector3 point) {
+  double sum = 0;
+  visit_half_angles(x, y, z, triangles, point, [&](double re, double im) { sum += portable::atan2(im, re); });
   return 0.5 * std::numbers::inv_pi * sum;
+}
+
+double short_winding_number(std::span<const double> x, std::span<const double> y, std::span<const double> z,
+                            std::span<const std::uint32_t> triangles, Vector3 point) {
+  double sum_re = 1, sum_im = 0, turns = 0;
+  visit_half_angles(x, y, z, triangles, point, [&](double re, double im) {
+    add_angle(sum_re, sum_im, turns, re, im);
+    const double size = std::abs(sum_re) + std::abs(sum_im);
+    sum_re /= size;
+    sum_im /= size;
+  });
+  return turns + 0.5 * std::numbers::inv_pi * portable::atan2(sum_im, sum_re);
 }
 
 WindingTree build_winding_tree(const TriangleTree& tree, std::span<const std::uint8_t> flipped, double bound,
@@ -423,11 +460,11 @@ WindingTree build_winding_tree(const TriangleTree& tree, std::span<const std::ui
 }
 
 double winding_number(const WindingTree& winding, Vector3 point, bool strictly) {
-  return winding_at(winding, {point.x, point.y, point.z}, strictly);
+  return winding_at(winding, point, strictly, InstructionSet::automatic);
 }
 
 std::vector<double> winding_numbers(const WindingTree& winding, std::span<const double> points,
-                                    const CancelToken& cancel) {
+                                    const CancelToken& cancel, InstructionSet set) {
   if (points.size() % 3 != 0) throw std::invalid_argument("winding_numbers: three coordinates a point");
   for (const double c : points)
     if (!(std::abs(c) <= farthest_point))
@@ -436,7 +473,7 @@ std::vector<double> winding_numbers(const WindingTree& winding, std::span<const 
   std::vector<double> out(points.size() / 3);
   parallel_blocks(out.size(), winding_block, [&](std::size_t begin, std::size_t end) {
     cancel.check();
-    wind_run(winding, points, std::span(order).subspan(begin, end - begin), out);
+    wind_run(winding, points, std::span(order).subspan(begin, end - begin), set, out);
   });
   return out;
 }

@@ -65,7 +65,10 @@ TEST_CASE("winding_change: within its radius winding numbers change as it says, 
     for (std::size_t i = 0; i < points.size() / 3; ++i)
       for (const double tolerance : {0.02, 0.2}) {
         const Vector3 at = point_of(points, i), direction = point_of(ways, i);
-        const WindingChange change = winding_change(field, at, tolerance);
+        const WindingChange change = winding_change(field, at, tolerance),
+                            by_pairs = winding_change(field, at, tolerance, InstructionSet::scalar);
+        CHECK(by_pairs.radius == change.radius);
+        CHECK(distance(by_pairs.gradient, change.gradient) == 0);
         REQUIRE(change.radius > 0);
         const Vector3 to = at + (0.999 * change.radius / norm(direction)) * direction;
         const SegmentCrossings crossed = segment_crossings(sided.tree, sided.oriented.flipped, at, to);
