@@ -25,6 +25,11 @@ bool is_available(InstructionSet set) {
 #endif
 }
 
+bool takes_avx2(InstructionSet set) {
+  static const bool available = is_available(InstructionSet::avx2);
+  return set != InstructionSet::scalar && available;
+}
+
 InstructionSet best_instruction_set() {
   if (is_available(InstructionSet::avx512)) return InstructionSet::avx512;
   return is_available(InstructionSet::avx2) ? InstructionSet::avx2 : InstructionSet::scalar;

@@ -28,6 +28,8 @@ enum class InstructionSet : std::uint8_t { automatic, scalar, avx2, avx512 };
 std::string_view name_of(InstructionSet set);
 // Whether the processor has these instructions.
 bool is_available(InstructionSet set);
+// Whether a loop with versions for the baseline and for AVX2 takes the latter.
+bool takes_avx2(InstructionSet set);
 // Never returns automatic.
 InstructionSet best_instruction_set();
 

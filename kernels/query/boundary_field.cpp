@@ -202,8 +202,7 @@ BoundaryField build_boundary_field(std::span<const double> boundary) {
 
 WindingChange winding_change(const BoundaryField& field, Vector3 point, double tolerance,
                              InstructionSet set) {
-  return lanes::takes_wide(set) ? change_avx2(field, point, tolerance)
-                                : change_by_pairs(field, point, tolerance);
+  return takes_avx2(set) ? change_avx2(field, point, tolerance) : change_by_pairs(field, point, tolerance);
 }
 
 }  // namespace meander

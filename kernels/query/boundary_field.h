@@ -45,7 +45,7 @@ struct WindingChange {
 
 // The gradient of the winding number, which is the field of a current along the edges (Biot and Savart;
 // Maxwell 1873: a magnetic shell). Second derivatives of an edge of length l at the distance d are at most l
-// / (2 pi d^3), and 1 / (pi d^2); the radius follows from their sum. Some 5 ns for each edge that is near,
+// / (2 pi d^3), and 1 / (pi d^2); the radius follows from their sum. Up to 5 ns for each edge that is near,
 // and for each block of 16. The same with every instruction set.
 WindingChange winding_change(const BoundaryField& field, Vector3 point, double tolerance,
                              InstructionSet set = InstructionSet::automatic);

@@ -26,7 +26,7 @@ struct CurvePoints {
 };
 
 // The numbers of 3 n coordinates along the 3-D Hilbert curve over their box, as far as it lies around a mesh
-// in [-1, 1]. O(n), some 50 ns a point; the same for every thread count. At most 2^32 - 1 points (else
+// in [-1, 1]. O(n); the same for every thread count. At most 2^32 - 1 points (else
 // std::invalid_argument).
 std::vector<std::uint32_t> order_along_curve(std::span<const double> points);
 

@@ -33,7 +33,7 @@ using WideMask = std::int32_t __attribute__((vector_size(32)));
 using WideDoubles = double __attribute__((vector_size(32)));
 using WideLongMask = std::int64_t __attribute__((vector_size(32)));
 
-// What a loop is written for.
+// The vectors of a loop: those that all processors have, and those of AVX2 (takes_avx2).
 struct Pairs {
   using Floats = lanes::Floats;
   using Doubles = lanes::Doubles;
@@ -42,11 +42,6 @@ struct Wide {
   using Floats = WideFloats;
   using Doubles = WideDoubles;
 };
-// Whether the processor has the instructions of Wide, and they are not to be left out.
-inline bool takes_wide(InstructionSet set = InstructionSet::automatic) {
-  static const bool is_wide = is_available(InstructionSet::avx2);
-  return is_wide && set != InstructionSet::scalar;
-}
 
 #define MEANDER_PAIR_OPERATOR(OP)                                                                        \
   template <class Half>                                                                                  \

@@ -183,7 +183,7 @@ MEANDER_TARGET("avx2") void search_avx2(const TriangleTree& tree, Group& group, 
   search<lanes::Wide::Floats>(tree, group, of);
 }
 // Both find the same.
-GroupSearch search_of(InstructionSet set) { return lanes::takes_wide(set) ? search_avx2 : search_by_pairs; }
+GroupSearch search_of(InstructionSet set) { return takes_avx2(set) ? search_avx2 : search_by_pairs; }
 
 // The same for points that are far away, in double.
 void search_far(const TriangleTree& tree, Vector3 point, double extent, Found& found) {

@@ -65,7 +65,7 @@ std::optional<SignRule> chosen_rule(SignChoice choice, const PreparedMesh& mesh,
 // Tells the sides of 3 n coordinates in those of the mesh. tree: that of the mesh; nearest: what
 // nearest_triangles says of the points. |w| counts, so that a solid that is wound inward has an inside too.
 //
-// Points should follow each other as neighbors do (along_curve), else all of this takes far longer. Closed:
+// Points should follow each other as neighbors do (along_curve). Closed:
 // the winding number of the first of 512 points comes from all triangles (WindingTree), those of the others
 // by steps: where a ball without surface holds two points they have the same, and elsewhere the crossings
 // between them are counted (SegmentCrossings), or, where rounding would decide, triangles again. A point is
@@ -85,7 +85,7 @@ PointSides point_sides(const TriangleTree& tree, const OrientedSurface& oriented
                        std::span<const double> points, const NearestTriangles& nearest,
                        const CancelToken& cancel = {});
 
-// What is known of points.
+// Nearest triangles and sides of n points.
 struct LabeledPoints {
   NearestTriangles nearest;
   PointSides sides;

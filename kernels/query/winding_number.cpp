@@ -267,19 +267,22 @@ class WindingBuilder {
 
 // ---- solid angles
 
-// A product of complex numbers, whose angles are added up: four at a time, with the turns that they have made
-// beyond (-pi, pi].
+// A product of complex numbers, whose angles are added up, with the turns that they have made beyond (-pi,
+// pi]: one, or four at a time.
 template <class Doubles>
 struct Angles {
   Doubles re, im, turns;
 };
 
-void add_angle(double& sum_re, double& sum_im, double& turns, double re, double im) {
-  const double product_re = sum_re * re - sum_im * im, product_im = sum_re * im + sum_im * re;
-  if (sum_im >= 0 && im >= 0 && product_im < 0) ++turns;
-  if (sum_im < 0 && im < 0 && product_im >= 0) --turns;
-  sum_re = product_re;
-  sum_im = product_im;
+void add_angle(Angles<double>& sum, double re, double im) {
+  const double product_re = sum.re * re - sum.im * im, product_im = sum.re * im + sum.im * re;
+  if (sum.im >= 0 && im >= 0 && product_im < 0) ++sum.turns;
+  if (sum.im < 0 && im < 0 && product_im >= 0) --sum.turns;
+  sum.re = product_re;
+  sum.im = product_im;
+}
+double winding_of(const Angles<double>& sum) {
+  return sum.turns + 0.5 * std::numbers::inv_pi * portable::atan2(sum.im, sum.re);
 }
 template <class Doubles>
 MEANDER_INLINE void add_angles(Angles<Doubles>& sum, const Doubles& re, const Doubles& im) {
@@ -376,11 +379,12 @@ MEANDER_INLINE double winding_in_lanes(const WindingTree& winding, Vector3 at_po
   lanes::store(near.turns, turns.data());
   double sum = 0;
   for (const float value : far_sums) sum += static_cast<double>(value);
+  Angles<double> all = {re[0], im[0], turns[0]};
   for (std::size_t k = 1; k < 4; ++k) {
-    turns[0] += turns[k];
-    add_angle(re[0], im[0], turns[0], re[k], im[k]);
+    all.turns += turns[k];
+    add_angle(all, re[k], im[k]);
   }
-  return sum + turns[0] + 0.5 * std::numbers::inv_pi * portable::atan2(im[0], re[0]);
+  return sum + winding_of(all);
 }
 
 double winding_by_pairs(const WindingTree& winding, Vector3 point, bool strictly) {
@@ -391,8 +395,8 @@ MEANDER_TARGET("avx2") double winding_avx2(const WindingTree& winding, Vector3 p
 }
 // Both give the same.
 double winding_at(const WindingTree& winding, Vector3 point, bool strictly, InstructionSet set) {
-  return lanes::takes_wide(set) ? winding_avx2(winding, point, strictly)
-                                : winding_by_pairs(winding, point, strictly);
+  return takes_avx2(set) ? winding_avx2(winding, point, strictly)
+                         : winding_by_pairs(winding, point, strictly);
 }
 
 void wind_run(const WindingTree& winding, std::span<const double> points, std::span<const std::uint32_t> run,
@@ -433,14 +437,14 @@ double exact_winding_number(std::span<const double> x, std::span<const double> y
 
 double short_winding_number(std::span<const double> x, std::span<const double> y, std::span<const double> z,
                             std::span<const std::uint32_t> triangles, Vector3 point) {
-  double sum_re = 1, sum_im = 0, turns = 0;
+  Angles<double> sum = {1, 0, 0};
   visit_half_angles(x, y, z, triangles, point, [&](double re, double im) {
-    add_angle(sum_re, sum_im, turns, re, im);
-    const double size = std::abs(sum_re) + std::abs(sum_im);
-    sum_re /= size;
-    sum_im /= size;
+    add_angle(sum, re, im);
+    const double size = std::abs(sum.re) + std::abs(sum.im);
+    sum.re /= size;
+    sum.im /= size;
   });
-  return turns + 0.5 * std::numbers::inv_pi * portable::atan2(sum_im, sum_re);
+  return winding_of(sum);
 }
 
 WindingTree build_winding_tree(const TriangleTree& tree, std::span<const std::uint8_t> flipped, double bound,

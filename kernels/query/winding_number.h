@@ -20,7 +20,7 @@ namespace meander {
 // point within 1e-16 of the surface may be on either side. O(T), some 40 ns a triangle.
 double exact_winding_number(std::span<const double> x, std::span<const double> y, std::span<const double> z,
                             std::span<const std::uint32_t> triangles, Vector3 point);
-// The same, but for rounding, with one arc tangent for all triangles: a third of the time.
+// Adds up the same angles with one arc tangent for all triangles; differs by rounding.
 double short_winding_number(std::span<const double> x, std::span<const double> y, std::span<const double> z,
                             std::span<const std::uint32_t> triangles, Vector3 point);
 

@@ -228,10 +228,6 @@ void unpack_avx2(std::span<const std::uint32_t> from, const std::array<float, 3>
                  float* to_x, float* to_y, float* to_z) {
   unpack_all(from, corner, step, to_x, to_y, to_z);
 }
-bool takes_avx2(InstructionSet set) {
-  static const bool available = is_available(InstructionSet::avx2);
-  return set != InstructionSet::scalar && available;
-}
 
 }  // namespace
 

@@ -285,7 +285,7 @@ class QuerySurface {
   const PreparedMesh* mesh_;
 };
 
-// Of points along a curve.
+// Tells the sides of points along a curve.
 PointSides sides_of(const PreparedMesh& mesh, const TriangleTree& tree, SignChoice choice,
                     std::span<const double> points, const NearestTriangles& nearest,
                     const CancelToken& cancel) {
