@@ -30,9 +30,36 @@ Vector3 along_edge(const PreparedMesh& mesh, const SharpEdges& edges, std::size_
   return unit_vector(mesh.position(edges.end[e]) - mesh.position(edges.start[e]));
 }
 
-void append_vector(std::vector<float>& values, Vector3 v) {
-  // Without negative zeros.
-  for (const double x : {v.x, v.y, v.z}) values.push_back(static_cast<float>(x) + 0.0f);
+// Without negative zeros.
+std::array<float, 3> stored_vector(Vector3 v) {
+  return {static_cast<float>(v.x) + 0.0f, static_cast<float>(v.y) + 0.0f, static_cast<float>(v.z) + 0.0f};
+}
+
+// Sets the rows from `begin` on to the points of these ranks along the curves, their places in working units
+// in `points`.
+void set_rows(const PreparedMesh& mesh, const SharpEdges& edges, const EdgePoints& at,
+              const std::vector<std::uint32_t>& ranks, std::size_t begin, std::vector<double>& points,
+              Samples& samples) {
+  // Normals in the order of the curves first, as neighbors lie on the same edges: rows are anywhere.
+  struct Frame {
+    std::array<float, 3> normal, tangent;
+  };
+  std::vector<Frame> frames(at.edge.size());
+  for (std::size_t r = 0; r < frames.size(); ++r) {
+    const std::uint32_t e = at.edge[r];
+    frames[r] = r > 0 && at.edge[r - 1] == e ? frames[r - 1]
+                                             : Frame{stored_vector(edge_normal(mesh, edges, e)),
+                                                     stored_vector(along_edge(mesh, edges, e))};
+  }
+  for (std::size_t i = 0; i < ranks.size(); ++i) {
+    const std::size_t row = begin + i, rank = ranks[i];
+    for (std::size_t k = 0; k < 3; ++k) {
+      points[3 * row + k] = at.point[3 * rank + k];
+      samples.sharp_normals[3 * row + k] = frames[rank].normal[k];
+      samples.sharp_tangents[3 * row + k] = frames[rank].tangent[k];
+    }
+    samples.sharp_edge[row] = at.edge[rank];
+  }
 }
 
 // Ranks along the curve in the order of the file.
@@ -55,11 +82,14 @@ void fill_without_edges(const PreparedMesh& mesh, const SharpParameters& paramet
   for (std::size_t s = 0; s < count; ++s) {
     const std::size_t i = s % samples.count();
     for (std::size_t k = 0; k < 3; ++k) {
-      samples.sharp_points.push_back(samples.points[3 * i + k]);
-      samples.sharp_normals.push_back(samples.normals[3 * i + k]);
+      samples.sharp_points[3 * s + k] = samples.points[3 * i + k];
+      samples.sharp_normals[3 * s + k] = samples.normals[3 * i + k];
     }
     const std::uint32_t* const corner = &mesh.triangles[3 * std::size_t{samples.triangle[i]}];
-    append_vector(samples.sharp_tangents, unit_vector(mesh.position(corner[1]) - mesh.position(corner[0])));
+    const Vector3 along = unit_vector(mesh.position(corner[1]) - mesh.position(corner[0]));
+    const std::array<float, 3> tangent = stored_vector(along);
+    std::copy(tangent.begin(), tangent.end(),
+              samples.sharp_tangents.begin() + 3 * static_cast<std::ptrdiff_t>(s));
   }
 }
 
@@ -116,11 +146,9 @@ void add_sharp_samples(const PreparedMesh& mesh, const SharpEdges& edges, const 
                        OrderKind order, double jitter, RandomKey key, const CancelToken& cancel, Row& row) {
   const std::uint32_t count = parameters.samples;
   Samples& samples = row.samples;
-  for (auto* const values : {&samples.sharp_points, &samples.sharp_normals, &samples.sharp_tangents}) {
-    values->clear();
-    values->reserve(3 * std::size_t{count});
-  }
-  samples.sharp_edge.clear();
+  for (auto* const values : {&samples.sharp_points, &samples.sharp_normals, &samples.sharp_tangents})
+    values->resize(3 * std::size_t{count});
+  samples.sharp_edge.resize(count);
   row.report.sharp_edges = 0;
   row.report.sharp_length = edges.length() * mesh.unit;
   if (!(row.report.sharp_length > 0)) {
@@ -129,33 +157,26 @@ void add_sharp_samples(const PreparedMesh& mesh, const SharpEdges& edges, const 
   }
   row.report.sharp_edges = static_cast<std::uint32_t>(edges.count());
   const RandomKey own = sharp_key(key);
-  std::vector<double> points;
-  points.reserve(3 * std::size_t{count});
-  samples.sharp_edge.reserve(count);
-  const auto append = [&](Vector3 point, std::uint32_t e) {
-    points.insert(points.end(), {point.x, point.y, point.z});
-    append_vector(samples.sharp_normals, edge_normal(mesh, edges, e));
-    append_vector(samples.sharp_tangents, along_edge(mesh, edges, e));
-    samples.sharp_edge.push_back(e);
-  };
+  std::vector<double> points(3 * std::size_t{count});
   std::uint32_t at_corners = 0;
   if (parameters.corners) {
     const std::vector<EdgeEnd> corners = sharp_corners(mesh, edges, parameters.angle);
     at_corners = static_cast<std::uint32_t>(std::min<std::size_t>(count, corners.size()));
-    for (const std::uint32_t rank : ranks_in_order(at_corners, order, own)) {
-      const EdgeEnd& corner = corners[corners.size() * rank / at_corners];
-      append(mesh.position((corner.is_start ? edges.start : edges.end)[corner.edge]), corner.edge);
+    EdgePoints at;
+    for (std::size_t i = 0; i < at_corners; ++i) {
+      const EdgeEnd& corner = corners[corners.size() * i / at_corners];
+      const Vector3 point = mesh.position((corner.is_start ? edges.start : edges.end)[corner.edge]);
+      at.point.insert(at.point.end(), {point.x, point.y, point.z});
+      at.edge.push_back(corner.edge);
     }
+    set_rows(mesh, edges, at, ranks_in_order(at_corners, order, own), 0, points, samples);
     cancel.check();
   }
   const std::uint32_t others = count - at_corners;
-  const std::vector<double> shares = sample_sequence(SequenceKind::shifted, others, jitter, own);
-  const EdgePoints at = points_on_edges(mesh, edges, shares);
+  const EdgePoints at =
+      points_on_edges(mesh, edges, sample_sequence(SequenceKind::shifted, others, jitter, own));
   cancel.check();
-  for (const std::uint32_t rank : ranks_in_order(others, order, own)) {
-    const double* const point = &at.point[3 * std::size_t{rank}];
-    append({point[0], point[1], point[2]}, at.edge[rank]);
-  }
+  set_rows(mesh, edges, at, ranks_in_order(others, order, own), at_corners, points, samples);
   const ItemReport& report = row.report;
   samples.sharp_points =
       stored_points(points, mesh, {{report.loc[0], report.loc[1], report.loc[2]}, report.scale});
