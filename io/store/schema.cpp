@@ -63,11 +63,14 @@ std::span<const std::byte> DatasetSpec::stored(const Samples& samples, std::size
   if (type != ElementType::f16)
     return all.subspan(begin * element_size(type), (end - begin) * element_size(type));
   scratch.resize((end - begin) * sizeof(std::uint16_t));
-  for (std::size_t i = begin; i < end; ++i) {
+  // Bytes may be anything, also the places of the arrays: those are read once.
+  const std::byte* const from = all.data() + begin * sizeof(float);
+  std::byte* const to = scratch.data();
+  for (std::size_t i = 0; i < end - begin; ++i) {
     float value;
-    std::memcpy(&value, all.data() + i * sizeof value, sizeof value);
+    std::memcpy(&value, from + i * sizeof value, sizeof value);
     const std::uint16_t half = half_of(value);
-    std::memcpy(scratch.data() + (i - begin) * sizeof half, &half, sizeof half);
+    std::memcpy(to + i * sizeof half, &half, sizeof half);
   }
   return scratch;
 }

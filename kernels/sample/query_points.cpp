@@ -135,21 +135,22 @@ struct QueryPlace {
 
 // The group that is the farthest behind is next; of equals the first.
 std::vector<QueryPlace> interleaved(const std::vector<QueryGroup>& groups) {
+  // When the next point of a group is due: (taken + 1/2) / count. Where these of two groups differ, they do
+  // so by 1 / (2 count count) and more, which the roundings of doubles leave.
+  static_assert(0.5 / most_queries / most_queries > 0x1p-52);
+  std::vector<double> due;
   std::vector<std::uint32_t> taken(groups.size(), 0);
-  std::vector<QueryPlace> places;
   std::uint64_t count = 0;
-  for (const QueryGroup& group : groups) count += group.count;
+  for (const QueryGroup& group : groups) {
+    due.push_back(0.5 / group.count);
+    count += group.count;
+  }
+  std::vector<QueryPlace> places;
   places.reserve(count);
   while (places.size() < count) {
-    std::size_t next = groups.size();
-    for (std::size_t g = 0; g < groups.size(); ++g) {
-      if (taken[g] == groups[g].count) continue;
-      // (taken + 1/2) / count is when the next point of a group is due.
-      if (next == groups.size() || (2 * std::uint64_t{taken[g]} + 1) * groups[next].count <
-                                       (2 * std::uint64_t{taken[next]} + 1) * groups[g].count)
-        next = g;
-    }
-    places.push_back({static_cast<std::uint32_t>(next), taken[next]++});
+    const auto next = static_cast<std::uint32_t>(std::min_element(due.begin(), due.end()) - due.begin());
+    places.push_back({next, taken[next]++});
+    due[next] = (taken[next] + 0.5) / groups[next].count;
   }
   return places;
 }
@@ -323,10 +324,6 @@ void add_nearest(const QuerySurface& surface, const CurvePoints& along, const Ne
     for (std::size_t k = 0; k < 2; ++k)
       samples.query_barycentric[2 * point + k] = static_cast<float>(nearest.weights[2 * i + k]);
   }
-}
-
-void round_to_halves(std::vector<float>& values) {
-  for (float& value : values) value = rounded_to_half(value);
 }
 
 }  // namespace
