@@ -16,14 +16,14 @@ std::vector<double> file_points(const ItemReport& report, std::span<const float>
 
 std::vector<double> working_points(const ItemReport& report, std::span<const float> points,
                                    const PreparedMesh& mesh) {
-  std::vector<double> working;
-  working.reserve(points.size());
+  std::vector<double> working(points.size());
   // Never in coordinates of the file, which may be too small for double to distinguish the points.
   const std::array<double, 3> shift = {(report.loc[0] - mesh.center.x) / mesh.unit,
                                        (report.loc[1] - mesh.center.y) / mesh.unit,
                                        (report.loc[2] - mesh.center.z) / mesh.unit};
   const double scale = report.scale / mesh.unit;
-  for (std::size_t i = 0; i < points.size(); ++i) working.push_back(shift[i % 3] + scale * double{points[i]});
+  for (std::size_t i = 0; i + 2 < points.size(); i += 3)
+    for (std::size_t k = 0; k < 3; ++k) working[i + k] = shift[k] + scale * double{points[i + k]};
   return working;
 }
 
@@ -45,8 +45,9 @@ std::vector<float> stored_points(std::span<const double> working, const Prepared
                                        (mesh.center.z - frame.loc.z) / mesh.unit};
   const double scale = frame.scale / mesh.unit;
   std::vector<float> stored(working.size());
-  for (std::size_t i = 0; i < stored.size(); ++i)
-    stored[i] = static_cast<float>((working[i] + shift[i % 3]) / scale) + 0.0f;
+  for (std::size_t i = 0; i + 2 < stored.size(); i += 3)
+    for (std::size_t k = 0; k < 3; ++k)
+      stored[i + k] = static_cast<float>((working[i + k] + shift[k]) / scale) + 0.0f;
   return stored;
 }
 

@@ -45,8 +45,9 @@ struct NetPoint {
   NetWords low, high;
 };
 
-// The direction numbers of all dimensions by bit of the index.
-constexpr auto net_directions = [] {
+// The sums of direction numbers of all dimensions, by each four bits of the index and their value.
+constexpr int part_bits = 4, net_parts = net_bits / part_bits;
+constexpr auto net_sums = [] {
   std::array<Directions, ScrambledNet::dimensions> of{};
   for (int k = 0; k < net_bits; ++k) of[0][k] = std::uint32_t{1} << (net_bits - 1 - k);  // van der Corput's
   of[1] = directions_of({1, 0, {1}});
@@ -54,10 +55,14 @@ constexpr auto net_directions = [] {
   of[3] = directions_of({3, 1, {1, 3, 1}});
   of[4] = directions_of({3, 2, {1, 1, 1}});
   of[5] = directions_of({4, 1, {1, 1, 3, 3}});
-  std::array<std::array<std::uint32_t, 8>, net_bits> by_bit{};
-  for (std::size_t d = 0; d < of.size(); ++d)
-    for (std::size_t k = 0; k < net_bits; ++k) by_bit[k][d] = of[d][k];
-  return by_bit;
+  std::array<std::array<std::array<std::uint32_t, 8>, 1 << part_bits>, net_parts> sums{};
+  for (std::size_t part = 0; part < net_parts; ++part)
+    for (std::size_t value = 1; value < 1 << part_bits; ++value)
+      for (std::size_t d = 0; d < of.size(); ++d) {
+        const auto bit = static_cast<std::size_t>(std::countr_zero(value));
+        sums[part][value][d] = sums[part][value & (value - 1)][d] ^ of[d][part_bits * part + bit];
+      }
+  return sums;
 }();
 
 MEANDER_INLINE NetPoint words_of(const std::array<std::uint32_t, 8>& from) {
@@ -103,10 +108,10 @@ ScrambledNet::ScrambledNet(RandomKey key, Stream stream, std::uint32_t number) {
 
 std::array<double, ScrambledNet::dimensions> ScrambledNet::operator()(std::uint32_t index) const {
   NetPoint x{};
-  for (std::uint32_t left = index; left != 0; left &= left - 1) {
-    const NetPoint direction = words_of(net_directions[static_cast<std::size_t>(std::countr_zero(left))]);
-    x.low ^= direction.low;
-    x.high ^= direction.high;
+  for (std::size_t part = 0; part < net_parts; ++part) {
+    const NetPoint sum = words_of(net_sums[part][index >> (part_bits * part) & ((1u << part_bits) - 1)]);
+    x.low ^= sum.low;
+    x.high ^= sum.high;
   }
   const NetPoint seeds = words_of(seeds_);
   x = {scrambled(x.low, seeds.low), scrambled(x.high, seeds.high)};
