@@ -107,7 +107,11 @@ SegmentCrossings segment_crossings(const TriangleTree& tree, std::span<const std
   return find_crossings<true>(tree, flipped, a, b);
 }
 
-bool is_free_segment(const TriangleTree& tree, Vector3 a, Vector3 b) {
+bool is_free_segment(const TriangleTree& tree, Vector3 a, Vector3 b, std::span<const std::uint32_t> likely) {
+  for (const std::uint32_t position : likely) {
+    bool sure = true;
+    if (crossing(tree, position, a, b, sure) != 0 || !sure) return false;
+  }
   const SegmentCrossings found = find_crossings<false>(tree, {}, a, b);
   return found.sure && found.count == 0;
 }

@@ -169,7 +169,8 @@ bool is_surface_cell(const ShellGrid& grid, Vector3 point) {
   return own && grid.kind[number_of(grid, *own)] == ShellCell::surface;
 }
 
-ShellSide shell_side(const ShellGrid& grid, const TriangleTree& tree, Vector3 point) {
+ShellSide shell_side(const ShellGrid& grid, const TriangleTree& tree, Vector3 point,
+                     std::span<const std::uint32_t> likely) {
   const std::optional<Cell> own = cell_of(grid, point);
   if (!own) return {false, true};
   if (const ShellCell kind = grid.kind[number_of(grid, *own)]; kind != ShellCell::surface)
@@ -190,7 +191,7 @@ ShellSide shell_side(const ShellGrid& grid, const TriangleTree& tree, Vector3 po
           const Vector3 middle = grid.low + grid.cell * Vector3{static_cast<double>(at[0]) + 0.5,
                                                                 static_cast<double>(at[1]) + 0.5,
                                                                 static_cast<double>(at[2]) + 0.5};
-          if (!is_free_segment(tree, point, middle)) continue;
+          if (!is_free_segment(tree, point, middle, likely)) continue;
           (kind == ShellCell::outside ? outside : enclosed) = true;
         }
   if (outside == enclosed) return {!outside, false};

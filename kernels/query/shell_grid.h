@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "kernels/core/vector3.h"
@@ -46,7 +47,8 @@ struct ShellSide {
 // The side of a point: that of its cell; in a cell of the surface that of the cells around it, up to two
 // away, to whose middle a segment leads that no triangle crosses. Where there are both kinds, a gap narrower
 // than a cell leads to the point: it is uncertain. Where there is none, it is taken as enclosed, and
-// uncertain. Up to 124 segments, most often one or two.
-ShellSide shell_side(const ShellGrid& grid, const TriangleTree& tree, Vector3 point);
+// uncertain. Up to 124 segments, most often one or two. likely: as of is_free_segment.
+ShellSide shell_side(const ShellGrid& grid, const TriangleTree& tree, Vector3 point,
+                     std::span<const std::uint32_t> likely = {});
 
 }  // namespace meander

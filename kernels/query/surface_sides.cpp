@@ -35,6 +35,13 @@ Vector3 point_at(std::span<const double> points, std::size_t i) {
   return {points[3 * i], points[3 * i + 1], points[3 * i + 2]};
 }
 
+// Whether the balls around two points that their distances leave empty of the surface cover the way between
+// them.
+bool is_short(Vector3 there, double distance_there, Vector3 here, double distance_here) {
+  constexpr double roundings = 1e-9;
+  return distance(here, there) * (1 + roundings) < distance_there + distance_here;
+}
+
 double to_whole(double winding) { return std::abs(winding - std::round(winding)); }
 
 // Whether the nearest point lies on an open edge, or at the end of one.
@@ -65,8 +72,7 @@ void walk(const ClosedWork& work, std::size_t begin, std::size_t end, PointSides
     bool stepped = false;
     if (known) {
       const Vector3 there = point_at(work.points, i - 1);
-      const double step = distance(here, there) * (1 + 1e-9);
-      stepped = step < work.nearest.distance[i - 1] || step < work.nearest.distance[i];
+      stepped = is_short(there, work.nearest.distance[i - 1], here, work.nearest.distance[i]);
       out.winding[i] = out.winding[i - 1];
       if (!stepped) {
         const SegmentCrossings crossed = segment_crossings(work.tree, work.oriented.flipped, there, here);
@@ -125,8 +131,7 @@ bool step_to(const WindingWork& work, std::size_t i, Anchor& anchor) {
   const Vector3 here = point_at(work.points, i);
   if (!anchor.known || !(distance(here, anchor.at) < anchor.change.radius)) return false;
   const Vector3 there = point_at(work.points, i - 1);
-  const double step = distance(here, there) * (1 + 1e-9);
-  if (step < work.nearest.distance[i - 1] || step < work.nearest.distance[i]) return true;
+  if (is_short(there, work.nearest.distance[i - 1], here, work.nearest.distance[i])) return true;
   const SegmentCrossings crossed = segment_crossings(work.tree, work.oriented.flipped, there, here);
   anchor.crossings += crossed.outward;
   return crossed.sure;
@@ -188,62 +193,77 @@ void tell_by_winding(const TriangleTree& tree, const OrientedSurface& oriented,
   });
 }
 
+struct ShellWork {
+  const ShellGrid& grid;
+  const TriangleTree& tree;
+  std::span<const std::uint32_t> position;  // of a triangle in the tree
+  std::span<const double> points;
+  const NearestTriangles& nearest;
+};
+
 // The last point of a run on a side, and the last one there whose side was looked up.
 struct SidePoint {
   Vector3 at, looked_up;
-  double distance = 0;  // from the surface
+  double distance = 0;         // from the surface
+  std::uint32_t position = 0;  // of the nearest triangle
   ShellSide side;
   bool known = false;
 };
 
 // Whether a point of a cell of the surface can be reached from the last one on a side past all triangles.
-bool reaches(const ShellGrid& grid, const TriangleTree& tree, const SidePoint& from, Vector3 here,
-             double distance_here) {
-  if (!from.known || distance(here, from.looked_up) > grid.cell) return false;
-  const double step = distance(here, from.at) * (1 + 1e-9);
-  if (step < from.distance || step < distance_here) return true;
-  return is_free_segment(tree, from.at, here);
+// What is in the way is most often the nearest triangle of one of them.
+bool reaches(const ShellWork& work, const SidePoint& from, const SidePoint& to) {
+  if (!from.known || distance(to.at, from.looked_up) > work.grid.cell) return false;
+  if (is_short(from.at, from.distance, to.at, to.distance)) return true;
+  return is_free_segment(work.tree, from.at, to.at, std::array{to.position, from.position});
 }
 
 // Sides of the points from `begin` to `end` by the grid. Points of cells of the surface have the side of a
 // point no more than a cell away that was looked up, if a way leads there.
-void walk(const ShellGrid& grid, const TriangleTree& tree, std::span<const double> points,
-          const NearestTriangles& nearest, std::size_t begin, std::size_t end, PointSides& out) {
+void walk(const ShellWork& work, std::size_t begin, std::size_t end, PointSides& out) {
   std::array<SidePoint, 3> last;  // outside, inside, uncertain
   std::size_t at = 0;
   for (std::size_t i = begin; i < end; ++i) {
-    const Vector3 here = point_at(points, i);
-    ShellSide side;
-    if (is_surface_cell(grid, here)) {
+    SidePoint here;
+    here.at = point_at(work.points, i);
+    here.distance = work.nearest.distance[i];
+    here.position = work.position[work.nearest.triangle[i]];
+    const std::array likely{here.position};
+    if (is_surface_cell(work.grid, here.at)) {
       std::size_t from = at;
       for (std::size_t k = 0; k < last.size(); ++k) {
         from = (at + k) % last.size();
-        if (reaches(grid, tree, last[from], here, nearest.distance[i])) break;
+        if (reaches(work, last[from], here)) break;
         from = last.size();
       }
       if (from == last.size()) {
-        side = shell_side(grid, tree, here);
-        from = !side.certain ? 2 : side.inside ? 1 : 0;
-        last[from] = {here, here, 0, side, true};
+        here.side = shell_side(work.grid, work.tree, here.at, likely);
+        here.looked_up = here.at;
+        from = !here.side.certain ? 2 : here.side.inside ? 1 : 0;
+      } else {
+        here.side = last[from].side;
+        here.looked_up = last[from].looked_up;
       }
+      here.known = true;
       at = from;
-      last[at].at = here;
-      last[at].distance = nearest.distance[i];
-      side = last[at].side;
+      last[at] = here;
     } else {
-      side = shell_side(grid, tree, here);
+      here.side = shell_side(work.grid, work.tree, here.at, likely);
     }
-    out.inside[i] = side.inside;
-    out.certain[i] = side.certain && nearest.distance[i] > on_surface;
+    out.inside[i] = here.side.inside;
+    out.certain[i] = here.side.certain && here.distance > on_surface;
   }
 }
 
 void tell_by_shell(const TriangleTree& tree, std::span<const double> points, const NearestTriangles& nearest,
                    const CancelToken& cancel, PointSides& out) {
   const ShellGrid grid = build_shell_grid(tree);
+  std::vector<std::uint32_t> position(tree.count());
+  for (std::uint32_t p = 0; p < position.size(); ++p) position[tree.order[p]] = p;
+  const ShellWork work{grid, tree, position, points, nearest};
   parallel_blocks(nearest.distance.size(), side_block, [&](std::size_t begin, std::size_t end) {
     cancel.check();
-    walk(grid, tree, points, nearest, begin, end, out);
+    walk(work, begin, end, out);
   });
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <stdexcept>
 
 #include "kernels/core/random.h"
@@ -163,12 +164,17 @@ TEST_CASE("segment_crossings: how much winding numbers differ, and nothing where
       prepare_mesh(merged(icosphere(3), inside_out(moved(icosphere(2), 0.8, 0.7, 0.1, 0.2))));
   const TriangleTree tree = tree_over(mesh);
   const std::vector<double> points = winding_points(mesh, 600, 21);
+  std::vector<std::uint32_t> positions(tree.count());
+  std::iota(positions.begin(), positions.end(), 0u);
   std::size_t crossed = 0, unsure = 0;
   for (std::size_t i = 0; i + 1 < points.size() / 3; ++i) {
     const Vector3 a{points[3 * i], points[3 * i + 1], points[3 * i + 2]},
         b{points[3 * i + 3], points[3 * i + 4], points[3 * i + 5]};
     const SegmentCrossings found = segment_crossings(tree, {}, a, b);
-    CHECK(is_free_segment(tree, a, b) == (found.sure && found.count == 0));
+    const bool free = found.sure && found.count == 0;
+    CHECK(is_free_segment(tree, a, b) == free);
+    CHECK(is_free_segment(tree, a, b, positions) == free);
+    CHECK(is_free_segment(tree, a, b, std::span(positions).first(i % 7)) == free);
     if (!found.sure) {
       ++unsure;
       continue;
