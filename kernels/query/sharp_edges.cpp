@@ -10,6 +10,7 @@
 #include "kernels/core/disjoint_sets.h"
 #include "kernels/core/portable_angles.h"
 #include "kernels/core/radix_sort.h"
+#include "kernels/core/share_search.h"
 #include "kernels/curve/curve_key.h"
 #include "kernels/mesh/bounds_tree.h"
 
@@ -299,20 +300,21 @@ EdgePoints points_on_edges(const PreparedMesh& mesh, const SharpEdges& edges,
   EdgePoints out;
   if (!shares.empty() && !(edges.length() > 0))
     throw std::invalid_argument("points_on_edges: there is no edge to place points on");
+  if (shares.empty()) return out;
   out.point.reserve(3 * shares.size());
   out.edge.reserve(shares.size());
   out.along.reserve(shares.size());
+  const ShareSearch edge_at(std::span(edges.before).subspan(1));
   for (const double share : shares) {
     if (!(share >= 0 && share < 1))
       throw std::invalid_argument("points_on_edges: shares are at least 0, below 1");
     const double along = share * edges.length();
-    const auto after = std::upper_bound(edges.before.begin() + 1, edges.before.end() - 1, along);
-    const auto e = static_cast<std::size_t>(after - edges.before.begin() - 1);
+    const std::size_t e = edge_at(share);
     const double length = edges.before[e + 1] - edges.before[e];
     const double weight = length > 0 ? std::clamp((along - edges.before[e]) / length, 0.0, 1.0) : 0;
     const Vector3 from = mesh.position(edges.start[e]), to = mesh.position(edges.end[e]);
     const Vector3 point = from + weight * (to - from);
-    out.point.insert(out.point.end(), {point.x, point.y, point.z});
+    for (const double x : {point.x, point.y, point.z}) out.point.push_back(x);
     out.edge.push_back(static_cast<std::uint32_t>(e));
     out.along.push_back(weight);
   }

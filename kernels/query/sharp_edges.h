@@ -69,10 +69,10 @@ struct EdgePoints {
 
 // The points at shares in [0, 1) of the length of all edges (else std::invalid_argument), in any order: those
 // of a sequence that is even on [0, 1) are even by length along the curves and across their corners. Where
-// there is no edge there may be no share. O(N log E).
+// there is no edge there may be no share. O(N + E).
 EdgePoints points_on_edges(const PreparedMesh& mesh, const SharpEdges& edges, std::span<const double> shares);
 
-// Bytes of the points.
-constexpr double edge_points_bytes(double points) { return 36 * points; }
+// Bytes of the points, and of their search.
+constexpr double edge_points_bytes(double points, double edges) { return 36 * points + 4 * edges; }
 
 }  // namespace meander

@@ -13,6 +13,7 @@
 #include "kernels/core/half.h"
 #include "kernels/core/parallel.h"
 #include "kernels/core/radix_sort.h"
+#include "kernels/core/share_search.h"
 #include "kernels/core/spelling.h"
 #include "kernels/curve/curve_key.h"
 #include "kernels/mesh/prepare_mesh.h"
@@ -95,25 +96,12 @@ class AreaShares {
       triangle_.push_back(key.index);
       end_.push_back(sum += mesh.area[key.index]);
     }
-    begin_.reserve(end_.size());
-    for (std::size_t i = 0; begin_.size() < end_.size();) {
-      if (end_[i] * static_cast<double>(end_.size()) < sum * static_cast<double>(begin_.size()))
-        ++i;
-      else
-        begin_.push_back(static_cast<std::uint32_t>(i));
-    }
+    search_.emplace(end_);
   }
+  AreaShares(const AreaShares&) = delete;
+  AreaShares& operator=(const AreaShares&) = delete;
 
-  // The first that ends after the share, or the last.
-  std::uint32_t triangle(double share) const {
-    const std::size_t last = end_.size() - 1;
-    const double at = share * end_.back();
-    std::size_t i =
-        begin_[std::min(last, static_cast<std::size_t>(share * static_cast<double>(end_.size())))];
-    while (i > 0 && end_[i - 1] > at) --i;
-    while (i < last && end_[i] <= at) ++i;
-    return triangle_[i];
-  }
+  std::uint32_t triangle(double share) const { return triangle_[(*search_)(share)]; }
   Vector3 place(std::uint32_t triangle, double first, double second) const {
     const std::uint32_t* const corner = &mesh_.triangles[3 * std::size_t{triangle}];
     const double root = std::sqrt(first), b1 = 1 - root, b2 = second * root;
@@ -125,7 +113,7 @@ class AreaShares {
   const PreparedMesh& mesh_;
   std::vector<std::uint32_t> triangle_;
   std::vector<double> end_;
-  std::vector<std::uint32_t> begin_;  // where the search begins, by as many equal parts of the area
+  std::optional<ShareSearch> search_;
 };
 
 // Which group a point belongs to, and its number there.
@@ -218,7 +206,7 @@ std::vector<double> query_places(const PreparedMesh& surface, const QueryParamet
   for (std::size_t i = 0; i < on_edges.size(); ++i) {
     if (groups[places[i].group].kind != QueryKind::near_sharp) continue;
     on_edges[i] = static_cast<std::uint32_t>(shares.size());
-    shares.push_back(nets[places[i].group](places[i].number)[0]);
+    shares.push_back(nets[places[i].group].first_four(places[i].number)[0]);
   }
   const EdgePoints at_edges = points_on_edges(surface, edges, shares);
   std::vector<double> points(3 * places.size());
@@ -226,11 +214,13 @@ std::vector<double> query_places(const PreparedMesh& surface, const QueryParamet
     cancel.check();
     for (std::size_t i = begin; i < end; ++i) {
       const QueryGroup& group = groups[places[i].group];
-      const auto u = nets[places[i].group](places[i].number);
+      const ScrambledNet& net = nets[places[i].group];
       Vector3 at;
       if (group.kind == QueryKind::volume) {
+        const auto u = net.first_four(places[i].number);
         at = frame.center + group.size * frame.unit * Vector3{2 * u[0] - 1, 2 * u[1] - 1, 2 * u[2] - 1};
       } else {
+        const auto u = net(places[i].number);
         Vector3 normal;
         if (group.kind == QueryKind::near_sharp && has_edges) {
           const double* const from = &at_edges.point[3 * std::size_t{on_edges[i]}];

@@ -8,6 +8,7 @@
 
 #include "kernels/core/instruction_set.h"
 #include "kernels/core/portable_functions.h"
+#include "kernels/core/reversed_bits.h"
 
 namespace meander {
 
@@ -39,13 +40,13 @@ constexpr Directions directions_of(const Polynomial& polynomial) {
   return v;
 }
 
-// A number for each dimension, and for two that are not used: vectors that all processors have.
+// Four dimensions together: vectors that all processors have.
+constexpr std::size_t net_lanes = 4;
 using NetWords = std::uint32_t __attribute__((vector_size(16)));
-struct NetPoint {
-  NetWords low, high;
-};
+using NetBytes = std::uint8_t __attribute__((vector_size(16)));
 
-// The sums of direction numbers of all dimensions, by each four bits of the index and their value.
+// The sums of direction numbers of all dimensions, and of two that are not used, by each four bits of the
+// index and their value; their bits reversed, as the scrambling begins with that.
 constexpr int part_bits = 4, net_parts = net_bits / part_bits;
 constexpr auto net_sums = [] {
   std::array<Directions, ScrambledNet::dimensions> of{};
@@ -60,15 +61,15 @@ constexpr auto net_sums = [] {
     for (std::size_t value = 1; value < 1 << part_bits; ++value)
       for (std::size_t d = 0; d < of.size(); ++d) {
         const auto bit = static_cast<std::size_t>(std::countr_zero(value));
-        sums[part][value][d] = sums[part][value & (value - 1)][d] ^ of[d][part_bits * part + bit];
+        sums[part][value][d] =
+            sums[part][value & (value - 1)][d] ^ reversed_bits(of[d][part_bits * part + bit]);
       }
   return sums;
 }();
 
-MEANDER_INLINE NetPoint words_of(const std::array<std::uint32_t, 8>& from) {
-  NetPoint words;
-  std::memcpy(&words.low, from.data(), sizeof words.low);
-  std::memcpy(&words.high, from.data() + 4, sizeof words.high);
+MEANDER_INLINE NetWords words_at(const std::uint32_t* from) {
+  NetWords words;
+  std::memcpy(&words, from, sizeof words);
   return words;
 }
 
@@ -76,18 +77,31 @@ MEANDER_INLINE NetWords reversed(NetWords x) {
   x = (x & 0x55555555u) << 1 | (x >> 1 & 0x55555555u);
   x = (x & 0x33333333u) << 2 | (x >> 2 & 0x33333333u);
   x = (x & 0x0F0F0F0Fu) << 4 | (x >> 4 & 0x0F0F0F0Fu);
-  x = (x & 0x00FF00FFu) << 8 | (x >> 8 & 0x00FF00FFu);
-  return x << 16 | x >> 16;
+  const auto bytes = std::bit_cast<NetBytes>(x);
+  return std::bit_cast<NetWords>(
+      __builtin_shufflevector(bytes, bytes, 3, 2, 1, 0, 7, 6, 5, 4, 11, 10, 9, 8, 15, 14, 13, 12));
 }
 
-// A bit of the result depends on those bits of x alone that are not below it.
+// A bit of the result depends on those bits of x alone that are not below it. x: its bits reversed.
 MEANDER_INLINE NetWords scrambled(NetWords x, NetWords seed) {
-  x = reversed(x) + seed;
+  x += seed;
   x ^= x * 0x6C50B47Cu;
   x ^= x * 0xB82F1E52u;
   x ^= x * 0xC7AFE638u;
   x ^= x * 0x8D22F6E6u;
   return reversed(x);
+}
+
+// Four coordinates from dimension `first` on.
+MEANDER_INLINE std::array<double, net_lanes> coordinates(
+    const std::array<std::uint32_t, 2 * net_lanes>& seeds, std::uint32_t index, std::size_t first) {
+  NetWords x{};
+  for (std::size_t part = 0; part < net_parts; ++part)
+    x ^= words_at(&net_sums[part][index >> (part_bits * part) & ((1u << part_bits) - 1)][first]);
+  x = scrambled(x, words_at(&seeds[first]));
+  std::array<double, net_lanes> point;
+  for (std::size_t d = 0; d < net_lanes; ++d) point[d] = (static_cast<double>(x[d]) + 0.5) * 0x1p-32;
+  return point;
 }
 
 // c[0] + c[1] x + ...
@@ -107,18 +121,12 @@ ScrambledNet::ScrambledNet(RandomKey key, Stream stream, std::uint32_t number) {
 }
 
 std::array<double, ScrambledNet::dimensions> ScrambledNet::operator()(std::uint32_t index) const {
-  NetPoint x{};
-  for (std::size_t part = 0; part < net_parts; ++part) {
-    const NetPoint sum = words_of(net_sums[part][index >> (part_bits * part) & ((1u << part_bits) - 1)]);
-    x.low ^= sum.low;
-    x.high ^= sum.high;
-  }
-  const NetPoint seeds = words_of(seeds_);
-  x = {scrambled(x.low, seeds.low), scrambled(x.high, seeds.high)};
-  std::array<double, dimensions> point;
-  for (std::size_t d = 0; d < dimensions; ++d)
-    point[d] = (static_cast<double>(d < 4 ? x.low[d] : x.high[d - 4]) + 0.5) * 0x1p-32;
-  return point;
+  const auto low = coordinates(seeds_, index, 0), high = coordinates(seeds_, index, net_lanes);
+  return {low[0], low[1], low[2], low[3], high[0], high[1]};
+}
+
+std::array<double, 4> ScrambledNet::first_four(std::uint32_t index) const {
+  return coordinates(seeds_, index, 0);
 }
 
 double normal_quantile(double p) {

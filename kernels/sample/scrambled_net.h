@@ -18,8 +18,10 @@ class ScrambledNet {
   // Nets of different numbers are independent of each other. Pure.
   ScrambledNet(RandomKey key, Stream stream, std::uint32_t number);
 
-  // The coordinates of a point, multiples of 2^-33 in (0, 1). Pure; about 10 ns.
+  // The coordinates of a point, multiples of 2^-33 in (0, 1). Pure; some 20 ns.
   std::array<double, dimensions> operator()(std::uint32_t index) const;
+  // The first of them alone. In half the time.
+  std::array<double, 4> first_four(std::uint32_t index) const;
 
  private:
   std::array<std::uint32_t, 8> seeds_{};  // of the dimensions, and two unused

@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "kernels/core/parallel.h"
+#include "kernels/core/reversed_bits.h"
 #include "kernels/sample/place_samples.h"
 #include "kernels/sample/sequence.h"
 
@@ -98,13 +99,6 @@ struct RankBlocks {
   std::uint64_t begin(int level, std::uint64_t block) const { return block * count >> level; }
   bool empty(int level, std::uint64_t block) const { return begin(level, block) == begin(level, block + 1); }
 };
-
-std::uint32_t reversed_bits(std::uint32_t value) {
-  value = (value >> 1 & 0x55555555) | (value & 0x55555555) << 1;
-  value = (value >> 2 & 0x33333333) | (value & 0x33333333) << 2;
-  value = (value >> 4 & 0x0F0F0F0F) | (value & 0x0F0F0F0F) << 4;
-  return __builtin_bswap32(value);
-}
 
 // The block that is divided as number `index` of the 2^level.
 std::uint32_t divided_block(int level, std::uint32_t index, std::uint32_t mask) {

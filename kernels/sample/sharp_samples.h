@@ -57,7 +57,8 @@ void add_sharp_samples(const PreparedMesh& mesh, const SharpEdges& edges, const 
 // Upper bound of the bytes that finding edges and placing points take, beside the row; and those of the row.
 constexpr double sharp_bytes(double samples, double triangles) {
   constexpr double bytes_per_sample = 8 + 4 + 24 + 24 + 2 * 40;
-  return samples * bytes_per_sample + edge_points_bytes(samples) + sharp_edges_bytes(triangles);
+  return samples * bytes_per_sample + edge_points_bytes(samples, 3 * triangles) +
+         sharp_edges_bytes(triangles);
 }
 
 }  // namespace meander

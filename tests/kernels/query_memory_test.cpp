@@ -129,7 +129,8 @@ void check_bounds(const std::string& name, PolygonMesh file) {
     shares.push_back(v.second);
   }
   if (edges.count() > 0)
-    within("points_on_edges", edge_points_bytes(20000), [&] { return points_on_edges(mesh, edges, shares); });
+    within("points_on_edges", edge_points_bytes(20000, static_cast<double>(edges.count())),
+           [&] { return points_on_edges(mesh, edges, shares); });
   within("along_curve", 20000 * std::max(curve_order_bytes, curve_points_bytes),
          [&] { return along_curve(points); });
   within("winding_numbers", winding_numbers_bytes(20000), [&] { return winding_numbers(winding, points); });

@@ -8,6 +8,8 @@
 #include <set>
 
 #include "kernels/core/half.h"
+#include "kernels/core/random.h"
+#include "kernels/core/share_search.h"
 #include "kernels/mesh/prepare_mesh.h"
 #include "kernels/sample/scrambled_net.h"
 #include "support/catch.h"
@@ -109,6 +111,7 @@ TEST_CASE(
         const auto u = net(i);
         for (std::size_t d = 0; d < u.size(); ++d) {
           CHECK((u[d] > 0 && u[d] < 1));
+          if (d < 4) CHECK(net.first_four(i)[d] == u[d]);
           intervals[d].insert(static_cast<std::uint32_t>(u[d] * count));
         }
         boxes.insert(static_cast<std::uint32_t>(u[0] * side) * side +
@@ -121,6 +124,29 @@ TEST_CASE(
   const ScrambledNet one(make_random_key(1, {}), Stream::test_shapes, 0),
       other(make_random_key(1, {}), Stream::test_shapes, 1);
   CHECK(one(5) != other(5));
+}
+
+TEST_CASE("ShareSearch: the first part that ends after a share, parts of no length never") {
+  const RandomKey key = make_random_key(4, {});
+  for (const std::size_t count : {1u, 2u, 7u, 300u}) {
+    std::vector<double> end;
+    for (std::uint32_t i = 0; i < count; ++i) {
+      const double u = (random_words(key, Stream::test_shapes, i)[0] + 0.5) * 0x1p-32;
+      // A third have no length, some are far longer than others.
+      end.push_back((end.empty() ? 0 : end.back()) + (u < 1.0 / 3 && i > 0 ? 0 : std::pow(u, 9)));
+    }
+    const ShareSearch search(end);
+    for (std::uint32_t i = 0; i <= 1000; ++i) {
+      const double share = i / 1000.0;
+      const auto after = std::upper_bound(end.begin(), end.end(), share * end.back());
+      const auto expected = static_cast<std::size_t>(after - end.begin());
+      CHECK(search(share) == std::min(expected, count - 1));
+    }
+    for (const double at : end) {
+      const auto after = std::upper_bound(end.begin(), end.end(), at / end.back() * end.back());
+      CHECK(search(at / end.back()) == std::min(static_cast<std::size_t>(after - end.begin()), count - 1));
+    }
+  }
 }
 
 TEST_CASE("take_queries: terms and back, and what is wrong with others") {
