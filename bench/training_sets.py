@@ -1,17 +1,20 @@
 #!/usr/bin/env python3
 """Training sets of Hunyuan3D-2.1's size, model by model: processor seconds, and shares by stage.
 
-    training_sets.py MEANDER FOLDER... [--every 1] [--json FILE]
+    training_sets.py MEANDER FOLDER... [--every 1] [--further 0] [--json FILE]
 
 Every --every-th model below each FOLDER, in order of the names, is made into a store of its own by one process with
 `-j 1`: 124,928 samples, as many points on sharp edges, and 624,640 signed distances as float16. The seconds are those
 of user and system of the whole process, the store included. The table has median, ninth decile and largest, the share
 of each stage of the busy seconds of all, and the same of runs with `--sign none`, whose difference is what sides cost.
+With --further the seconds are those of one more model in a run, whose process has started and whose memory has been
+used: the difference between a run of that many copies of the model and one more and a run of one, a copy.
 Models that have no row are counted. Python's standard library only. Exit status 1 when none has a row.
 """
 import argparse
 import json
 import os
+import shutil
 import statistics
 import subprocess
 import sys
@@ -29,10 +32,14 @@ def models_below(folder, every):
     return sorted(path for path in folder.rglob("*") if path.suffix.lower() in FORMATS)[::every]
 
 
-def run_one(meander, model, scratch, options):
+def run_copies(meander, model, copies, scratch, options):
     """Processor seconds of the process and busy seconds by stage, or None where the model has no row."""
     store = Path(scratch) / "store.h5"
-    command = [meander, "run", str(model), "-o", str(store), "--fresh", "-j", "1", "--progress", "none", *SETS, *options]
+    files = [str(model)]
+    for copy in range(1, copies):
+        files.append(str(Path(scratch) / ("copy%d%s" % (copy, model.suffix))))
+        shutil.copyfile(model, files[-1])
+    command = [meander, "run", *files, "-o", str(store), "--fresh", "-j", "1", "--progress", "none", *SETS, *options]
     child = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
     error = child.stderr.read()
     _, status, usage = os.wait4(child.pid, 0)
@@ -45,11 +52,22 @@ def run_one(meander, model, scratch, options):
     return usage.ru_utime + usage.ru_stime, {node["name"]: node["busy_seconds"] for node in nodes}
 
 
+def run_one(meander, model, further, scratch, options):
+    """The same of a process for the model alone, or, if `further` is not 0, of each of so many further copies."""
+    alone = run_copies(meander, model, 1, scratch, options)
+    if alone is None or further == 0:
+        return alone
+    seconds, stages = run_copies(meander, model, 1 + further, scratch, options)
+    return (seconds - alone[0]) / further, {
+        name: (busy - alone[1].get(name, 0)) / further for name, busy in stages.items()}
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n", maxsplit=1)[0])
     parser.add_argument("meander")
     parser.add_argument("folders", nargs="+", type=Path)
     parser.add_argument("--every", type=int, default=1)
+    parser.add_argument("--further", type=int, default=0)
     parser.add_argument("--json", type=Path)
     given = parser.parse_args()
     results = []
@@ -58,7 +76,7 @@ def main():
             seconds, stages, without = {}, Counter(), 0
             for folder in given.folders:
                 for model in models_below(folder, given.every):
-                    made = run_one(given.meander, model, scratch, ["--sign", sign])
+                    made = run_one(given.meander, model, given.further, scratch, ["--sign", sign])
                     if made is None:
                         without += 1
                         continue
