@@ -131,15 +131,15 @@ void check_bounds(const std::string& name, PolygonMesh file) {
   if (edges.count() > 0)
     within("points_on_edges", edge_points_bytes(20000, static_cast<double>(edges.count())),
            [&] { return points_on_edges(mesh, edges, shares); });
-  within("along_curve", 20000 * std::max(curve_order_bytes, curve_points_bytes),
-         [&] { return along_curve(points); });
+  const CurvePoints along = within("along_curve", 20000 * std::max(curve_order_bytes, curve_points_bytes),
+                                   [&] { return along_curve(points); });
   within("winding_numbers", winding_numbers_bytes(20000), [&] { return winding_numbers(winding, points); });
   const NearestTriangles nearest = within("nearest_triangles", nearest_triangles_bytes(20000),
-                                          [&] { return nearest_triangles(tree, points); });
+                                          [&] { return nearest_triangles(tree, along.points); });
   for (const SignRule rule : {SignRule::none, SignRule::shell, SignRule::winding, SignRule::closed})
     if (rule != SignRule::closed || oriented.all_closed())
       within("point_sides", point_sides_bytes(triangles, 20000),
-             [&] { return point_sides(tree, oriented, rule, points, nearest); });
+             [&] { return point_sides(tree, oriented, rule, along.points, nearest); });
   within("label_points", label_points_bytes(triangles, 20000),
          [&] { return label_points(tree, oriented, SignRule::winding, points); });
 }
