@@ -8,7 +8,8 @@ Every --every-th model below each FOLDER, in order of the names, is made into a 
 of user and system of the whole process, the store included. The table has median, ninth decile and largest, the share
 of each stage of the busy seconds of all, and the same of runs with `--sign none`, whose difference is what sides cost.
 With --further the seconds are those of one more model in a run, whose process has started and whose memory has been
-used: the difference between a run of that many copies of the model and one more and a run of one, a copy.
+used: the difference between a run of the model with that many copies, without the files beside it, and a run of the
+model alone, for each copy.
 Models that have no row are counted. Python's standard library only. Exit status 1 when none has a row.
 """
 import argparse

@@ -46,8 +46,8 @@ void unshuffle(std::span<const std::byte> in, std::size_t element_size, std::byt
 }
 
 // True when coding the bytes one by one could not save a sixteenth of them: their collision entropy, which is
-// a lower bound of Shannon's, is above 7.5 bits. Of many bytes a quarter is looked at, in pieces that no
-// period of columns evades. Exact in integers, so that it decides alike everywhere.
+// a lower bound of Shannon's, is above 7.5 bits. Of many bytes a quarter is looked at, in pieces that
+// hold all columns of short periods. Exact in integers, so that it decides alike everywhere.
 bool hardly_compressible(std::span<const std::byte> bytes) {
   constexpr std::size_t piece = 256, few = 16384;
   const std::size_t step = bytes.size() > few ? 4 * piece : piece;

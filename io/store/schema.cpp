@@ -63,7 +63,7 @@ std::span<const std::byte> DatasetSpec::stored(const Samples& samples, std::size
   if (type != ElementType::f16)
     return all.subspan(begin * element_size(type), (end - begin) * element_size(type));
   scratch.resize((end - begin) * sizeof(std::uint16_t));
-  // Bytes may be anything, also the places of the arrays: those are read once.
+  // Writes to bytes may alias the vectors, so their addresses are read once.
   const std::byte* const from = all.data() + begin * sizeof(float);
   std::byte* const to = scratch.data();
   for (std::size_t i = 0; i < end - begin; ++i) {

@@ -9,8 +9,8 @@ namespace meander {
 
 inline constexpr float largest_half = 65504;
 
-// Either number by masks: of `?:` compilers make branches where an alternative computes with floats, and
-// loops over many halves are no vectors then.
+// Chooses by masks: where an alternative computes with floats compilers turn `?:` into branches, and loops
+// over many halves are not vectorized.
 constexpr std::uint32_t chosen_bits(bool first, std::uint32_t one, std::uint32_t other) {
   const std::uint32_t mask = 0u - static_cast<std::uint32_t>(first);
   return (one & mask) | (other & ~mask);

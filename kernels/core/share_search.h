@@ -11,7 +11,7 @@ namespace meander {
 
 // Parts one behind the other, by where they end: `end` ascends, may be any length above 0, and must outlive
 // the search. Where to begin is looked up by as many equal parts of the whole, so that a search takes O(1) in
-// the mean, for places in any order. O(N) and 4 N bytes to make.
+// the mean over evenly spread places, in any order, and O(N) at most. O(N) and 4 N bytes to make.
 class ShareSearch {
  public:
   explicit ShareSearch(std::span<const double> end) : end_(end) {

@@ -23,8 +23,8 @@ SegmentCrossings segment_crossings(const TriangleTree& tree, std::span<const std
                                    Vector3 b);
 
 // Whether it surely crosses no triangle: count is 0 and sure. Ends at the first that it may cross. likely:
-// positions in the tree of triangles that are looked at before all others, such as those nearest to the ends:
-// the answer is the same, and most often found at once where there is none.
+// positions in the tree of triangles that are looked at before all others, such as those nearest to the ends.
+// They do not change the answer; a segment that is not free most often crosses one of them.
 bool is_free_segment(const TriangleTree& tree, Vector3 a, Vector3 b,
                      std::span<const std::uint32_t> likely = {});
 

@@ -211,7 +211,7 @@ struct SidePoint {
 };
 
 // Whether a point of a cell of the surface can be reached from the last one on a side past all triangles.
-// What is in the way is most often the nearest triangle of one of them.
+// The triangle nearest to one of them is most often in the way.
 bool reaches(const ShellWork& work, const SidePoint& from, const SidePoint& to) {
   if (!from.known || distance(to.at, from.looked_up) > work.grid.cell) return false;
   if (is_short(from.at, from.distance, to.at, to.distance)) return true;
