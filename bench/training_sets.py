@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Training sets of Hunyuan3D-2.1's size, model by model: processor seconds, and shares by stage.
 
-    training_sets.py MEANDER FOLDER... [--every 1] [--further 0] [--json FILE]
+    training_sets.py MEANDER FOLDER... [--every 1] [--further 0] [--repeats 1] [--json FILE]
 
 Every --every-th model below each FOLDER, in order of the names, is made into a store of its own by one process with
 `-j 1`: 124,928 samples, as many points on sharp edges, and 624,640 signed distances as float16. The seconds are those
@@ -10,6 +10,8 @@ of each stage of the busy seconds of all, and the same of runs with `--sign none
 With --further the seconds are those of one more model in a run, whose process has started and whose memory has been
 used: the difference between a run of the model with that many copies, without the files beside it, and a run of the
 model alone, for each copy.
+With --repeats every set is made so many times, and the seconds are the least: what else the machine does only adds to
+them.
 Models that have no row are counted. Python's standard library only. Exit status 1 when none has a row.
 """
 import argparse
@@ -53,12 +55,18 @@ def run_copies(meander, model, copies, scratch, options):
     return usage.ru_utime + usage.ru_stime, {node["name"]: node["busy_seconds"] for node in nodes}
 
 
-def run_one(meander, model, further, scratch, options):
+def least_of(repeats, *run):
+    """The run that took the least seconds of so many."""
+    runs = [run_copies(*run) for _ in range(repeats)]
+    return None if None in runs else min(runs, key=lambda made: made[0])
+
+
+def run_one(meander, model, further, repeats, scratch, options):
     """The same of a process for the model alone, or, if `further` is not 0, of each of so many further copies."""
-    alone = run_copies(meander, model, 1, scratch, options)
+    alone = least_of(repeats, meander, model, 1, scratch, options)
     if alone is None or further == 0:
         return alone
-    seconds, stages = run_copies(meander, model, 1 + further, scratch, options)
+    seconds, stages = least_of(repeats, meander, model, 1 + further, scratch, options)
     return (seconds - alone[0]) / further, {
         name: (busy - alone[1].get(name, 0)) / further for name, busy in stages.items()}
 
@@ -69,6 +77,7 @@ def main():
     parser.add_argument("folders", nargs="+", type=Path)
     parser.add_argument("--every", type=int, default=1)
     parser.add_argument("--further", type=int, default=0)
+    parser.add_argument("--repeats", type=int, default=1)
     parser.add_argument("--json", type=Path)
     given = parser.parse_args()
     results = []
@@ -77,7 +86,7 @@ def main():
             seconds, stages, without = {}, Counter(), 0
             for folder in given.folders:
                 for model in models_below(folder, given.every):
-                    made = run_one(given.meander, model, given.further, scratch, ["--sign", sign])
+                    made = run_one(given.meander, model, given.further, given.repeats, scratch, ["--sign", sign])
                     if made is None:
                         without += 1
                         continue

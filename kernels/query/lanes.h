@@ -11,6 +11,9 @@
 #include "kernels/core/instruction_set.h"
 #include "kernels/core/vector_instructions.h"
 #include "kernels/query/triangle_tree.h"
+#if defined(__x86_64__)
+#include <immintrin.h>
+#endif
 
 // No wide vector is passed between functions that are not inlined.
 #pragma GCC diagnostic ignored "-Wpsabi"
@@ -107,10 +110,35 @@ MEANDER_INLINE void store(const Vector& vector, Value* to) {
   std::memcpy(to, &vector, sizeof vector);
 }
 
-// All the same.
+// All the same. Not a sum with zeros, which compilers would carry out.
+template <class Vector>
+struct Repeated;
+template <class Half>
+struct Repeated<Pair<Half>> {
+  template <class Value>
+  static MEANDER_INLINE Pair<Half> of(Value value) {
+    return {Repeated<Half>::of(value), Repeated<Half>::of(value)};
+  }
+};
+template <>
+struct Repeated<Floats4> {
+  static MEANDER_INLINE Floats4 of(float v) { return Floats4{v, v, v, v}; }
+};
+template <>
+struct Repeated<Doubles2> {
+  static MEANDER_INLINE Doubles2 of(double v) { return Doubles2{v, v}; }
+};
+template <>
+struct Repeated<WideFloats> {
+  static MEANDER_INLINE WideFloats of(float v) { return WideFloats{v, v, v, v, v, v, v, v}; }
+};
+template <>
+struct Repeated<WideDoubles> {
+  static MEANDER_INLINE WideDoubles of(double v) { return WideDoubles{v, v, v, v}; }
+};
 template <class Vector, class Value>
 MEANDER_INLINE Vector all(Value value) {
-  return Vector{} + value;
+  return Repeated<Vector>::of(value);
 }
 
 // Correctly rounded on every processor.
@@ -123,6 +151,32 @@ MEANDER_INLINE Doubles root(const Doubles& v) {
           std::bit_cast<Doubles2>(_mm_sqrt_pd(std::bit_cast<__m128d>(v.high)))};
 }
 
+#if defined(__x86_64__)
+// One instruction each. Templates that are inlined into functions with AVX2 have no such instructions
+// themselves: vectors are passed by reference until then.
+namespace wide {
+MEANDER_TARGET("avx2") inline void root(const WideFloats& v, WideFloats& root) {
+  root = reinterpret_cast<WideFloats>(_mm256_sqrt_ps(reinterpret_cast<__m256>(v)));
+}
+MEANDER_TARGET("avx2") inline void root(const WideDoubles& v, WideDoubles& root) {
+  root = reinterpret_cast<WideDoubles>(_mm256_sqrt_pd(reinterpret_cast<__m256d>(v)));
+}
+MEANDER_TARGET("avx2") inline unsigned bits_of(const WideMask& mask) {
+  return static_cast<unsigned>(_mm256_movemask_ps(reinterpret_cast<__m256>(mask)));
+}
+}  // namespace wide
+
+MEANDER_INLINE WideFloats root(const WideFloats& v) {
+  WideFloats root;
+  wide::root(v, root);
+  return root;
+}
+MEANDER_INLINE WideDoubles root(const WideDoubles& v) {
+  WideDoubles root;
+  wide::root(v, root);
+  return root;
+}
+#else
 MEANDER_INLINE WideFloats root(const WideFloats& v) {
   const Floats both =
       root(Floats{__builtin_shufflevector(v, v, 0, 1, 2, 3), __builtin_shufflevector(v, v, 4, 5, 6, 7)});
@@ -135,6 +189,8 @@ MEANDER_INLINE WideDoubles root(const WideDoubles& v) {
   return __builtin_shufflevector(both.low, both.high, 0, 1, 2, 3);
 }
 
+#endif
+
 // A bit for each of eight lanes of a comparison where it holds.
 template <class Mask>
 MEANDER_INLINE unsigned bits_of(const Pair<Mask>& mask) {
@@ -143,9 +199,13 @@ MEANDER_INLINE unsigned bits_of(const Pair<Mask>& mask) {
 }
 
 MEANDER_INLINE unsigned bits_of(const WideMask& mask) {
+#if defined(__x86_64__)
+  return wide::bits_of(mask);
+#else
   using Mask4 = std::int32_t __attribute__((vector_size(16)));
   return bits_of(Pair<Mask4>{__builtin_shufflevector(mask, mask, 0, 1, 2, 3),
                              __builtin_shufflevector(mask, mask, 4, 5, 6, 7)});
+#endif
 }
 
 }  // namespace meander::lanes

@@ -10,7 +10,7 @@ namespace meander {
 namespace {
 
 // Triangles of a hole from which on it has a tree, and holes near a point from which on its side is in doubt.
-constexpr std::size_t large_hole = 32, max_holes = 64;
+constexpr std::size_t large_hole = 8, max_holes = 64;
 constexpr double cone_bound = 0.25;  // of errors; on cones they err by 500 times less
 
 }  // namespace
