@@ -107,7 +107,7 @@ TEST_CASE("read_mesh agrees with OpenMesh on generated files") {
     }
 }
 
-TEST_CASE("read_mesh agrees with OpenMesh on real files") {
+TEST_CASE("read_mesh agrees with OpenMesh on real files", "[release]") {
   MEANDER_NEEDS_SHARED_DATA();
   std::size_t compared = 0, files = 0;
   for (const char* const folder : {"paper", "retrieval"})

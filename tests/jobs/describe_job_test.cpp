@@ -69,7 +69,7 @@ std::vector<float> values_of(const std::string& store, const char* id, const cha
 
 }  // namespace
 
-TEST_CASE("describe: the same bytes as run --describe, at once and in steps, for any threads") {
+TEST_CASE("describe: the same bytes as run --describe, at once and in steps, for any threads", "[release]") {
   const Collection c;
   const std::vector<std::string> sampling = {"--normalize", "unit-sphere", "--seed", "7", "--certify"},
                                  shape = {"--bins", "16", "--descriptor-scale", "largest"};

@@ -110,8 +110,8 @@ TEST_CASE("run --normalize: each mode has its frame, and loc and scale lead back
       2);
 }
 
-TEST_CASE(
-    "run --normalize pointnet: all samples define the frame, the same bytes for any threads and shards") {
+TEST_CASE("run --normalize pointnet: all samples define the frame, the same bytes for any threads and shards",
+          "[release]") {
   const ScratchFolder scratch;
   put_models(scratch / "in");
   for (const std::vector<std::string>& more : {std::vector<std::string>{"-n", "2048"},

@@ -36,7 +36,8 @@ void put_two_models(const fs::path& folder) {
 
 }  // namespace
 
-TEST_CASE("run: large sets are the same for one thread and three, kept, reused, merged and described") {
+TEST_CASE("run: large sets are the same for one thread and three, kept, reused, merged and described",
+          "[release]") {
   const ScratchFolder scratch;
   put_two_models(scratch / "in");
   REQUIRE(run_large(scratch / "in", scratch / "first.h5", {"-j", "1"}).exit_code == 0);

@@ -91,7 +91,8 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("processors: formula samples and remeshed files are the same bytes without AVX2 and FMA") {
+TEST_CASE("processors: formula samples and remeshed files are the same bytes without AVX2 and FMA",
+          "[release]") {
   const ScratchFolder scratch;
   const fs::path models = scratch / "models";
   write_models(models);

@@ -110,7 +110,7 @@ std::array<double, 3> mean_color(const ColorImage& picture, double begin, double
 
 }  // namespace
 
-TEST_CASE("render: samples are colored by what the store has, and by nothing else") {
+TEST_CASE("render: samples are colored by what the store has, and by nothing else", "[release]") {
   const ScratchFolder scratch;
   fs::create_directory(scratch / "in");
   write_file(scratch / "in/square.ply", colored_square());

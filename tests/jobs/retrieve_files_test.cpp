@@ -74,7 +74,7 @@ std::string of_another_version(std::string bytes, std::size_t magic) {
 
 }  // namespace
 
-TEST_CASE("retrieve words and graph: a kill at any moment leaves no file or a whole one") {
+TEST_CASE("retrieve words and graph: a kill at any moment leaves no file or a whole one", "[release]") {
   const SampledModels models;
   write_models(models.scratch / "in", 0, 24, in_order);
   models.sample("in", "s.h5");
@@ -101,7 +101,7 @@ TEST_CASE("retrieve words and graph: a kill at any moment leaves no file or a wh
   }
 }
 
-TEST_CASE("retrieve words and graph: other threads, names and orders of rows give the same") {
+TEST_CASE("retrieve words and graph: other threads, names and orders of rows give the same", "[release]") {
   const SampledModels models;
   write_models(models.scratch / "in", 0, 24, in_order);
   write_models(models.scratch / "other", 0, 24, reversed);

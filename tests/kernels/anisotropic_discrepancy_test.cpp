@@ -128,7 +128,7 @@ TEST_CASE("anisotropic_discrepancy: a shape that all points crowd into is found"
   CHECK(d.disks > 0.25);
 }
 
-TEST_CASE("anisotropic_discrepancy: random points have one rate and constant") {
+TEST_CASE("anisotropic_discrepancy: random points have one rate and constant", "[statistics]") {
   Rate isotropic;
   for (const double ratio : {1.0, 4.0}) {
     const TangentTensor tensor = log_spacing(ratio, 0.6);

@@ -108,7 +108,8 @@ TEST_CASE("bisection walk: an element that is light enough is its own part") {
     for (const double share : {0.0, 0.3, 1.0}) CHECK(walk.part_at(i, share).path == 1);
 }
 
-TEST_CASE("place_samples: parts of wide pieces of large sets get their share of the samples, for every key") {
+TEST_CASE("place_samples: parts of wide pieces of large sets get their share of the samples, for every key",
+          "[statistics]") {
   // The faces of a tetrahedron are cut into pieces by 12 bisections, which have 64 parts, by 6 more. Every
   // sixteenth of each face has the number of samples that its area asks for, but for those strata that it has
   // a part of only, along its border and at the borders of regions. Over all pieces every part has as many.

@@ -55,7 +55,7 @@ double largest_difference(const DifferenceMap& a, const DifferenceMap& b) {
 
 }  // namespace
 
-TEST_CASE("add_differences: equals the sum over all pairs") {
+TEST_CASE("add_differences: equals the sum over all pairs", "[release]") {
   DifferenceParameters parameters;
   parameters.cells = 21;
   parameters.range = 2;

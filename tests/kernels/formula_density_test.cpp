@@ -193,7 +193,7 @@ TEST_CASE("formula density: an invalid density is a status with a reason") {
   CHECK(failure_of(square(), "(x - 1e-13) * 1").first == Status::ok);
 }
 
-TEST_CASE("formula density: succeeds and fails the same for any number of threads") {
+TEST_CASE("formula density: succeeds and fails the same for any number of threads", "[release]") {
   PolygonMesh sphere = icosphere(6);  // enough triangles for many blocks
   const PreparedMesh mesh = prepare_mesh(sphere);
   sphere.coordinates.values = {0.5, 0.5};

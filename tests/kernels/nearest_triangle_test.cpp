@@ -209,7 +209,8 @@ TEST_CASE("nearest_triangles: the tree lists every triangle once, within its box
   CHECK(alone.leaf_begin == tree.leaf_begin);
 }
 
-TEST_CASE("nearest_triangles: the same for every thread count, order of the points and instruction set") {
+TEST_CASE("nearest_triangles: the same for every thread count, order of the points and instruction set",
+          "[release]") {
   const PreparedMesh mesh = prepare_mesh(torus(120, 70));
   const TriangleTree tree = tree_of(mesh);
   const std::vector<double> points = points_around(soup_of(mesh), 40000, 9);
@@ -262,7 +263,7 @@ TEST_CASE("nearest_triangles: refuses what it cannot answer") {
   CHECK_THROWS_AS(nearest_triangles(tree, std::vector<double>{0, 0, 0}, cancel), RunCanceled);
 }
 
-TEST_CASE("nearest_triangles: real models, the same as all triangles in turn") {
+TEST_CASE("nearest_triangles: real models, the same as all triangles in turn", "[release]") {
   MEANDER_NEEDS_SHARED_DATA();
   for (const std::string& name : query_models()) {
     INFO(name);

@@ -29,7 +29,8 @@ double worst_stretch(const std::vector<std::uint32_t>& order, std::size_t prefix
 
 }  // namespace
 
-TEST_CASE("progressive_order: prefixes are even along the curve at every length, for any count") {
+TEST_CASE("progressive_order: prefixes are even along the curve at every length, for any count",
+          "[statistics]") {
   for (const std::uint32_t n : {1000u, 2048u, 3000u, 5000u, 33000u, 60000u, 100000u})
     for (const double share : {0.2, 0.4, 0.5, 0.55, 0.6, 0.68, 0.75, 0.8, 0.9, 0.97}) {
       const auto prefix = static_cast<std::size_t>(share * n);

@@ -154,7 +154,7 @@ TEST_CASE("crossings: those of the input surface itself are distinguished") {
   CHECK(crossings_of(result.mesh) == result.mesh.report.input_crossings);
 }
 
-TEST_CASE("crossings: repaired in the same way for every number of threads") {
+TEST_CASE("crossings: repaired in the same way for every number of threads", "[release]") {
   RemeshParameters fit;
   fit.fit = true;
   const std::uint32_t n = sanitized ? 50 : 100;

@@ -374,7 +374,8 @@ TEST_CASE("sample_surface: no bias on the sphere, at its poles and seam") {
     }
 }
 
-TEST_CASE("sample_surface: no bias on torus and eight, uniform and by curvature, with and without the warp") {
+TEST_CASE("sample_surface: no bias on torus and eight, uniform and by curvature, with and without the warp",
+          "[statistics]") {
   const char* name = GENERATE("torus", "eight");
   const bool warp = GENERATE(false, true);
   const auto surface = make_surface(name);
@@ -407,7 +408,7 @@ TEST_CASE("sample_surface: no bias for an expression with kinks and zeros") {
   CHECK(chi_square_test(cell_counts(*surface, p, 8), expected).p_value > 1e-3);
 }
 
-TEST_CASE("sample_surface: no bias on a height field, with its kinks") {
+TEST_CASE("sample_surface: no bias on a height field, with its kinks", "[statistics]") {
   std::vector<float> heights(12 * 9);
   for (std::size_t k = 0; k < heights.size(); ++k)
     heights[k] = static_cast<float>(0.3 * std::sin(0.9 * static_cast<double>(k % 12)) *

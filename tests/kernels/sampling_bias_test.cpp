@@ -238,7 +238,7 @@ PolygonMesh small_torus() { return moved(torus(11, 6), 1, 0, 0, 0); }
 
 }  // namespace
 
-TEST_CASE("sampling bias: every quarter of every triangle gets its share, 300 seeds") {
+TEST_CASE("sampling bias: every quarter of every triangle gets its share, 300 seeds", "[statistics]") {
   check_model(small_torus(), MethodChoice::automatic, false, 300);
   check_model(small_torus(), MethodChoice::direct, false, 300);
   check_model(small_torus(), MethodChoice::conformal, false, 300);

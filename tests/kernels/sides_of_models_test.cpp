@@ -300,7 +300,7 @@ TEST_CASE("point_sides: real models before and after damage", "[statistics]") {
   }
 }
 
-TEST_CASE("point_sides: closed real models, as the sums of all solid angles say") {
+TEST_CASE("point_sides: closed real models, as the sums of all solid angles say", "[release]") {
   MEANDER_NEEDS_SHARED_DATA();
   Counts counts;
   for (const char* folder : {"retrieval", "paper"})

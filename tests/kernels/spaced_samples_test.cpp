@@ -512,7 +512,7 @@ TEST_CASE("space_samples: stacked sheets, one triangle and distant components") 
     }
 }
 
-TEST_CASE("space_samples: the same samples for every number of threads") {
+TEST_CASE("space_samples: the same samples for every number of threads", "[release]") {
   const std::uint32_t n = sanitized ? 9000 : 20000;  // five blocks of a sweep, with sanitizers three
   const StrataOfMesh strata(torus(60, 30), n);
   for (const bool progressive : {false, true}) {

@@ -330,7 +330,7 @@ TEST_CASE("place_samples: a large set in regions is the same for 1, 2 and 8 thre
   }
 }
 
-TEST_CASE("samples_at: blocks of sites equal the samples placed as a whole") {
+TEST_CASE("samples_at: blocks of sites equal the samples placed as a whole", "[release]") {
   // The second model is so small beside its box that float32 has few places for its points.
   const PolygonMesh small = merged(moved(torus(24, 12), 2e-5, 1, 0, 0), moved(torus(3, 3), 1e-9, -1, 0, 0));
   for (const PolygonMesh& file : {torus(24, 12), small})

@@ -198,7 +198,7 @@ TEST_CASE("segment_crossings: how much winding numbers differ, and nothing where
   CHECK(segment_crossings(tree, all, 0.99 * center, 1.01 * center).outward == -outward);
 }
 
-TEST_CASE("winding_numbers: real models, within the bound of the exact ones") {
+TEST_CASE("winding_numbers: real models, within the bound of the exact ones", "[release]") {
   MEANDER_NEEDS_SHARED_DATA();
   for (const std::string& name : query_models()) {
     const PreparedMesh mesh = prepare_mesh(model_of(name));
