@@ -86,6 +86,9 @@ constexpr std::uint32_t few_left = 64;
 // there differs by at most this factor. In stacks of more sheets than this samples stay.
 constexpr std::uint32_t few_leave = 64, leave_places = 24;
 constexpr float leave_within = 2, leave_factor = 1.25f, max_leave_fullness = 3;
+// The first levels of a progressive set, up to so many samples, have as many rounds of it as there may be:
+// what is too near there is so in all prefixes that follow, and few samples cost nothing.
+constexpr std::uint32_t early_samples = 512;
 // Where more than this share of the samples is too near, as in heaps of sheets, there is no room to leave
 // for, and less beside samples that were placed before: only those on sheets that lie alone leave.
 constexpr double crowded = 1.0 / 3, crowded_beside_held = 1.0 / 16;
@@ -168,7 +171,8 @@ class SpacedLevel {
       else
         visit_in_turn(free, move);
     }
-    for (std::uint32_t round = 0; round < parameters_.leave_rounds; ++round) {
+    const std::uint32_t rounds = is_early() ? max_leave_rounds : parameters_.leave_rounds;
+    for (std::uint32_t round = 0; round < rounds; ++round) {
       all = too_near(all);
       leave_strata(first_of(all, 1.0 / few_leave), all.size() <= few ? max_leave_fullness : alone_to);
     }
@@ -181,6 +185,9 @@ class SpacedLevel {
 
  private:
   static constexpr std::uint32_t held = 0xFFFFFFFFu;
+  bool is_early() const {
+    return parameters_.leave_rounds > 0 && blocks_.count <= early_samples && blocks_.count < blocks_.leaves;
+  }
   bool is_held(std::uint32_t stratum) const { return number_[stratum] == held; }
 
   // Where a sample goes.

@@ -29,7 +29,7 @@ struct SpacingParameters {
   // but no more than this share of all samples, the nearest ones, are moved; 0..1
   double repair_below = 0.68, progressive_repair_below = 0.6, repair_share = 0.2;
   // Rounds in which samples that are still too near, at most one in 64 each time, may leave their strata,
-  // 0..8
+  // 0..8; unless there are none, as many as possible for the first 512 samples of a larger progressive set
   std::uint32_t leave_rounds = 2;
 };
 
