@@ -26,8 +26,8 @@ from collections import Counter
 from pathlib import Path
 
 QUERIES = "near=249856@.0025,.025 near-sharp=124928@.0005,.0015,.03,.005,.01,.02 volume=249856@.525"  # in the unit box
-SETS = ["-n", "124928", "--sharp", "124928", "--sharp-angle", "20", "--normalize", "unit-box", "--queries-type", "float16",
-        "--queries", QUERIES]
+SETS = ["-n", "124928", "--sharp", "124928", "--sharp-angle", "20", "--normalize", "unit-box",
+        "--queries-type", "float16", "--queries", QUERIES]
 FORMATS = {".off", ".obj", ".ply", ".stl", ".glb", ".gltf"}
 
 
