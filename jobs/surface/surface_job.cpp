@@ -151,6 +151,7 @@ void print_runs(const std::vector<SurfaceRun>& runs, const SurfaceOptions& optio
                    json.member("reason", run.row.report.reason);
                    json.member("area", run.row.report.area);
                    json.member("measure", run.row.report.measure);
+                   json.member("notes", run.row.report.note_text);
                    if (run.done_before) {
                      json.member("done_before", true);
                    } else {
@@ -171,6 +172,7 @@ void print_runs(const std::vector<SurfaceRun>& runs, const SurfaceOptions& optio
                  "{}: --tolerance was not met: {} of {} patches are too coarse and {} draws exceeded their "
                  "bound, so parts of the surface may have larger errors\n",
                  run.id, run.unresolved_patches, run.patches, run.bound_violations);
+    if (!report.note_text.empty()) fmt::print(stderr, "{}: {}\n", run.id, report.note_text);
     if (report.status == Status::ok && run.done_before)
       fmt::print("{}: {} points, area {:.9g}, measure {:.9g}, done before\n", run.id, options.sample.samples,
                  report.area, report.measure);
@@ -198,8 +200,9 @@ void check_output(const SurfaceOptions& options) {
 bool sample_rows(const SurfaceOptions& options, const StoreHeader& header, const std::atomic<bool>& stop,
                  RunDirectory& directory, std::vector<SurfaceRun>& runs) {
   using tbb::filter_mode;
-  // Rows in work are held in memory with their pictures, so few large ones are in work at once.
-  constexpr std::uint64_t max_points_held = 1 << 22;
+  // Rows in work are held in memory with their pictures, so few large ones are in work at once; while samples
+  // are relaxed they take ten times as much.
+  const std::uint64_t max_points_held = options.sample.finish == FinishKind::none ? 1 << 22 : 1 << 19;
   require_task_memory();
   const auto threads = static_cast<std::uint64_t>(tbb::this_task_arena::max_concurrency());
   const std::uint64_t at_once =

@@ -104,10 +104,7 @@ void add_place_settings(SampleSettings& list) {
       .only_recorded(is_spaced)
       .acting(is_spaced, spacing_applies_to);
   list.word(
-          "finish", "--finish", [](auto& p) -> auto& { return p.finish; }, finish_words,
-          "relax: move the samples over the surface in the end, until they are nearly as even as they can "
-          "be; "
-          "those on sheets that lie on each other stay")
+          "finish", "--finish", [](auto& p) -> auto& { return p.finish; }, finish_words, finish_help)
       .in_python("finish")
       .only_recorded(is_finished);
   list.word(

@@ -127,11 +127,7 @@ void relax(const Placer& placer, SampleSites& sites, Notes& notes) {
   std::vector<SurfacePlace> places(sites.count());
   for (std::size_t r = 0; r < places.size(); ++r)
     places[r] = {sites.site[r].triangle, sites.site[r].b1, sites.site[r].b2};
-  const std::uint32_t unrelaxed = relax_samples(placer.mesh, placer.measure, places, placer.cancel);
-  notes.add(Note::feature_ignored,
-            "finish relax: sheets of the surface lie on each other around " + std::to_string(unrelaxed) +
-                " of " + std::to_string(places.size()) + " samples, which stay where they were",
-            unrelaxed);
+  note_unrelaxed(relax_samples(placer.mesh, placer.measure, places, placer.cancel), places.size(), notes);
   constexpr std::uint32_t whole_triangle = 1;
   for (std::size_t r = 0; r < places.size(); ++r) {
     sites.set(r, places[r].triangle, whole_triangle);
@@ -276,6 +272,13 @@ Samples place_in(const PlaceContext& context, const Order& order, OutputFrame& f
 Samples place_samples(const PlaceContext& context, const SurfaceOrder& order, OutputFrame& frame,
                       RepairCounts& repairs, Notes& notes) {
   return std::visit([&](const auto& kind) { return place_in(context, kind, frame, repairs, notes); }, order);
+}
+
+void note_unrelaxed(std::size_t unrelaxed, std::size_t samples, Notes& notes) {
+  notes.add(Note::feature_ignored,
+            "finish relax: sheets of the surface lie on each other around " + std::to_string(unrelaxed) +
+                " of " + std::to_string(samples) + " samples, which stay where they were",
+            unrelaxed);
 }
 
 double sample_bytes(const PlaceParameters& parameters, bool in_metric) {

@@ -41,6 +41,10 @@ inline constexpr Word<NormalizeKind> normalize_words[] = {{"none", NormalizeKind
 enum class FinishKind : std::uint8_t { none, relax };
 inline constexpr Word<FinishKind> finish_words[] = {{"none", FinishKind::none}, {"relax", FinishKind::relax}};
 
+inline constexpr const char* finish_help =
+    "relax: move the samples over the surface in the end, until they are nearly as even as they can be; "
+    "those "
+    "on sheets that lie on each other stay";
 inline constexpr const char* sequence_help =
     "The sample set: 1-D sets along the order, or spaced, whose places in their strata keep samples apart";
 
@@ -111,6 +115,9 @@ struct PlaceContext : SurfaceContext {
 // note.
 Samples place_samples(const PlaceContext& context, const SurfaceOrder& order, OutputFrame& frame,
                       RepairCounts& repairs, Notes& notes);
+
+// Counts samples that a finish left where they were, of so many, among what was asked for and not given.
+void note_unrelaxed(std::size_t unrelaxed, std::size_t samples, Notes& notes);
 
 // Upper bound of the bytes of the samples of a whole surface while they are placed, up to the encoded row.
 double sample_bytes(const PlaceParameters& parameters, bool in_metric);

@@ -12,6 +12,7 @@
 #include "kernels/sample/seen_points.h"
 #include "kernels/sample/sequence.h"
 #include "kernels/surface/patch_tree.h"
+#include "kernels/surface/relax_on_surface.h"
 #include "kernels/surface/surface_leaf.h"
 #include "kernels/surface/surface_measure.h"
 #include "kernels/surface/surface_settings.h"
@@ -57,17 +58,24 @@ class SurfacePlacer {
       draw(drafts, violations);
   }
 
-  // Places the samples of ranks begin .. end - 1 at points of the curve's square.
-  void place_at(std::span<const StratumPoint> chosen, std::size_t begin, std::size_t end) {
+  // Places the samples of ranks begin .. end - 1 at points of the curve's square: chosen(r).
+  template <class Chosen>
+  void place_at(const Chosen& chosen, std::size_t begin, std::size_t end) {
     std::vector<double> s(end - begin), t(end - begin);
     for (std::size_t r = begin; r < end; ++r) {
-      s[r - begin] = chosen[r].first;
-      t[r - begin] = chosen[r].second;
+      const UnitPair point = chosen(r);
+      s[r - begin] = point.first;
+      t[r - begin] = point.second;
     }
     MeasureBatch batch;
     measure_.evaluate(s, t, batch);
-    for (std::size_t r = begin; r < end; ++r) put({static_cast<std::uint32_t>(r), 0, {}}, batch, r - begin);
+    for (std::size_t r = begin; r < end; ++r)
+      put({static_cast<std::uint32_t>(r), counter_[r], {}}, {s[r - begin], t[r - begin]}, batch, r - begin);
   }
+
+  // Where the samples have been placed in the curve's square, by rank, from now on.
+  void keep_places() { in_square_.resize(position_.size()); }
+  std::vector<UnitPair>& in_square() { return in_square_; }
 
   // Draws the sample of a rank anew, from the next random numbers of its stream.
   void redraw(std::uint32_t rank, std::uint64_t& violations) {
@@ -98,7 +106,7 @@ class SurfacePlacer {
         const bool above = batch.value[i] > draft.leaf.bound;
         if (accept * draft.leaf.bound < batch.value[i] || trial == max_trials) {
           violations += above || trial == max_trials;
-          put(draft, batch, i);
+          put(draft, {s[i], t[i]}, batch, i);
         } else {
           drafts[left++] = draft;
         }
@@ -116,11 +124,12 @@ class SurfacePlacer {
     }
     MeasureBatch batch;
     measure_.evaluate(s, t, batch);
-    for (std::size_t i = 0; i < drafts.size(); ++i) put(drafts[i], batch, i);
+    for (std::size_t i = 0; i < drafts.size(); ++i) put(drafts[i], {s[i], t[i]}, batch, i);
   }
 
-  void put(const Draft& draft, const MeasureBatch& batch, std::size_t i) {
+  void put(const Draft& draft, const UnitPair& in_square, const MeasureBatch& batch, std::size_t i) {
     counter_[draft.rank] = draft.counter;
+    if (!in_square_.empty()) in_square_[draft.rank] = in_square;
     const std::size_t at = place_of_rank_[draft.rank];
     const Vector3 p = batch.position[i];
     Vector3 n = batch.du_cross_dv[i];
@@ -148,6 +157,7 @@ class SurfacePlacer {
   const std::vector<std::uint32_t>& place_of_rank_;
   SurfaceSamples& samples_;
   std::vector<std::uint32_t> counter_;  // by rank
+  std::vector<UnitPair> in_square_;     // by rank, if they are kept
 };
 
 // order[i] = rank of the i-th sample of the file.
@@ -168,6 +178,8 @@ std::vector<std::string> validate(const SurfaceSampleParameters& p) {
   check_range(problems, "jitter", p.jitter, 0.0, 1.0);
   if (p.sequence == SequenceKind::spaced && p.place == PlaceKind::vertex)
     problems.push_back("the sequence spaced chooses points in elements: place at elements, not vertices");
+  if (p.finish == FinishKind::relax && p.place == PlaceKind::vertex)
+    problems.push_back("the finish `relax` moves samples off the vertices of the curve: place at elements");
   if (p.leaves_per_sample > 0 && p.leaves_per_sample < 1)
     check_range(problems, "leaves per sample", p.leaves_per_sample, 1.0, 1024.0);
   check_range(problems, "least curve depth", p.min_depth, 5, 12);
@@ -230,15 +242,30 @@ SurfaceSamples sample_surface(const ParametricSurface& surface, const SurfaceSam
   samples.uv.resize(2 * std::size_t{count});
 
   SurfacePlacer placer(measure, tree, key, parameters.place, sequence.position, place_of_rank, samples);
+  const bool relaxes = parameters.finish == FinishKind::relax;
+  if (relaxes) placer.keep_places();
   std::vector<std::uint64_t> violations((count + sample_block - 1) / sample_block, 0);
   ordered_blocks(count, sample_block, [&](std::size_t begin, std::size_t end) {
     cancel.check();
     if (is_spaced)
-      placer.place_at(spaced.point, begin, end);
+      placer.place_at(
+          [&](std::size_t r) {
+            return UnitPair{spaced.point[r].first, spaced.point[r].second};
+          },
+          begin, end);
     else
       placer.place(begin, end, violations[begin / sample_block]);
   });
   samples.bound_violations = std::accumulate(violations.begin(), violations.end(), std::uint64_t{0});
+  if (relaxes) {
+    std::vector<UnitPair>& places = placer.in_square();
+    const bool uniform = parameters.density.kind == SurfaceDensityKind::uniform;
+    note_unrelaxed(relax_on_surface(measure, uniform, samples.area, places, cancel), count, samples.notes);
+    ordered_blocks(count, sample_block, [&](std::size_t begin, std::size_t end) {
+      cancel.check();
+      placer.place_at([&](std::size_t r) { return places[r]; }, begin, end);
+    });
+  }
 
   SeenPoints seen(count);
   RedrawLimit limit(max_redraws);

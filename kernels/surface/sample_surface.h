@@ -36,6 +36,7 @@ struct SurfaceSampleParameters {
   PlaceKind place = PlaceKind::element;         // vertex: the center of the leaf, as Quinn et al.
   double jitter = 0.25;                         // s of the shifted sequence, 0..1
   SpacingKind spacing = SpacingKind::standard;  // of the spaced sequence
+  FinishKind finish = FinishKind::none;         // relax: see relax_on_surface
   SurfaceDensity density;
   double tolerance = 1e-3;  // relative error of the measures that the tree is built on, 1e-8..0.1
   // kappa, 1..1024: a leaf weighs at most total / (kappa N). 0: 4, or 64 for PlaceKind::vertex.
@@ -66,6 +67,7 @@ struct SurfaceSamples {
   // Draws whose measure exceeded the bound of their leaf; not counted for the sequence spaced.
   std::uint64_t bound_violations = 0;
   std::uint64_t coincident_points = 0;  // samples that coincide in float32 after 64 redraws
+  Notes notes;                          // of samples that the finish left where they were
 
   std::size_t count() const { return curve_rank.size(); }
 };

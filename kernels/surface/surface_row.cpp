@@ -46,6 +46,8 @@ Row surface_row(const ParametricSurface& surface, SurfaceSamples&& samples) {
   report.area = samples.area;
   report.measure = samples.measure;
   report.repairs[Repair::coincident_points] = static_cast<std::uint32_t>(samples.coincident_points);
+  report.notes = samples.notes.counts;
+  report.note_text = text_of(samples.notes);
   report.loc = {samples.frame.loc.x, samples.frame.loc.y, samples.frame.loc.z};
   report.scale = samples.frame.scale;
   report.bbox = bounding_box(surface, samples, report);

@@ -68,6 +68,10 @@ SurfaceSettings make_settings() {
       .only_recorded(is_spaced)
       .acting(is_spaced, spacing_applies_to);
   list.word(
+          "finish", "--finish", [](auto& p) -> auto& { return p.finish; }, finish_words, finish_help)
+      .in_python("finish")
+      .only_recorded([](const P& p) { return p.finish != FinishKind::none; });
+  list.word(
           "order", "--order", [](auto& p) -> auto& { return p.order; }, order_words,
           "Order of the points: every prefix well spread, or along the curve")
       .in_python("order");

@@ -14,6 +14,7 @@
 #include "kernels/analyse/chi_square.h"
 #include "kernels/pointset/surface_curve.h"
 #include "kernels/surface/analytic_surface.h"
+#include "kernels/surface/formula_surface.h"
 #include "kernels/surface/fundamental_forms.h"
 #include "kernels/surface/height_field.h"
 #include "support/catch.h"
@@ -224,6 +225,70 @@ TEST_CASE("sample_surface: spaced samples keep their distance, uniform and by a 
         }
       CHECK(least > 0.5);
     }
+}
+
+TEST_CASE(
+    "sample_surface: relaxed samples come near the hexagonal lattice, across seams, poles and densities") {
+  for (const char* const name : {"sphere", "torus", "plane"})
+    for (const SequenceKind sequence : {SequenceKind::shifted, SequenceKind::spaced}) {
+      if (sanitized && sequence == SequenceKind::spaced) continue;
+      SurfaceSampleParameters p = parameters_for(2000);
+      p.sequence = sequence;
+      p.finish = FinishKind::relax;
+      const SurfaceSamples s = sample(name, p);
+      check_samples(*make_surface(name), s, 2000);
+      CHECK_FALSE(s.notes.any());
+      const std::vector<double> points(s.points.begin(), s.points.end());
+      INFO(name);
+      CHECK(spacing_of(nearest_distances(points), s.area).rho > 0.7);
+    }
+  // As many samples on a side of the torus as before.
+  SurfaceSampleParameters p = with_expression(4000, "1 + 3*sin(pi*u)^2");
+  p.finish = FinishKind::relax;
+  const SurfaceSamples dense = sample("torus", p);
+  double share = 0;
+  for (std::size_t i = 0; i < dense.count(); ++i)
+    share += std::abs(dense.uv[2 * i] - 0.5) < 0.25 ? 1.0 / 4000 : 0;
+  CHECK(share == Approx((2.5 / 2 + 1.5 / pi) / 2.5).epsilon(0.01));
+}
+
+TEST_CASE("sample_surface: relaxed samples keep their share of the border, and their order") {
+  SurfaceSampleParameters p = parameters_for(256);
+  p.finish = FinishKind::relax;
+  // Within a quarter of a spacing of the border of the square, where there are 1 - (1 - 2 / 64)^2 of all.
+  double near = 0;
+  for (std::uint64_t seed = 1; seed <= 40; ++seed) {
+    p.seed = seed;
+    const SurfaceSamples s = sample("plane", p);
+    for (std::size_t i = 0; i < s.count(); ++i) {
+      const double u = s.uv[2 * i], v = s.uv[2 * i + 1];
+      near += std::min({u, 1 - u, v, 1 - v}) < 1.0 / 64 ? 1 : 0;
+    }
+  }
+  CHECK(near / (40 * 256 * (1 - std::pow(1 - 2.0 / 64, 2))) == Approx(1).epsilon(0.2));
+  p = parameters_for(3000);
+  const auto run = [&] { return sample("klein-bottle", p); };
+  const SurfaceSamples before = run();
+  p.finish = FinishKind::relax;
+  const SurfaceSamples first = test::on_threads(4, run), alone = test::on_threads(1, run);
+  CHECK(first.points == alone.points);
+  CHECK(first.uv == alone.uv);
+  CHECK(first.curve_rank == before.curve_rank);
+  CHECK(first.points != before.points);
+}
+
+TEST_CASE("sample_surface: relaxed samples on sheets that lie on each other stay, and are counted") {
+  // A band that goes around twice, the second time beside itself by a thousandth.
+  SurfaceSampleParameters p = parameters_for(500);
+  const auto surface = make_formula_surface("(1 + 0.001*u)*cos(4*pi*u), (1 + 0.001*u)*sin(4*pi*u), v");
+  const SurfaceSamples before = sample_surface(*surface, p);
+  p.finish = FinishKind::relax;
+  const SurfaceSamples after = sample_surface(*surface, p);
+  CHECK(after.notes[Note::feature_ignored] > 250);
+  CHECK(after.notes.examples[static_cast<std::size_t>(Note::feature_ignored)].find("of 500 samples") !=
+        std::string::npos);
+  p.place = PlaceKind::vertex;
+  CHECK_FALSE(validate(p).empty());
 }
 
 TEST_CASE("sample_surface: areas of sphere, torus and planes are exact") {
