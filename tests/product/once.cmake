@@ -1,9 +1,10 @@
 # cmake -DROOT=... -P once.cmake: in kernels/ a mesh is prepared, and its masses are measured, in one place each of the
-# stages (and those of segments under a tensor field, and the surface without doubled faces that distances of points are measured
-# from). Tests of the stages see that the results are used, not made again;
-# this sees that no stage makes them twice.
+# stages (and those of segments under a tensor field, the surface without doubled faces that distances of points are
+# measured from, and the grid over a parametric surface that its samples move on). Tests of the stages see that the
+# results are used, not made again; this sees that no stage makes them twice.
 set(EXPECTED "kernels/model/stages_of.cpp:measure_of(" "kernels/model/stages_of.cpp:prepare_mesh("
-             "kernels/model/tensor_segments.cpp:measure_of(" "kernels/sample/query_points.cpp:prepare_mesh(")
+             "kernels/model/tensor_segments.cpp:measure_of(" "kernels/sample/query_points.cpp:prepare_mesh("
+             "kernels/surface/relax_on_surface.cpp:measure_of(" "kernels/surface/relax_on_surface.cpp:prepare_mesh(")
 file(GLOB_RECURSE sources RELATIVE ${ROOT} ${ROOT}/kernels/*.cpp)
 list(REMOVE_ITEM sources kernels/mesh/prepare_mesh.cpp kernels/density/density.cpp)
 set(calls "")
