@@ -201,7 +201,7 @@ bool sample_rows(const SurfaceOptions& options, const StoreHeader& header, const
                  RunDirectory& directory, std::vector<SurfaceRun>& runs) {
   using tbb::filter_mode;
   // Rows in work are held in memory with their pictures, so few large ones are in work at once; while samples
-  // are relaxed they take ten times as much.
+  // are relaxed they take nine times as much.
   const std::uint64_t max_points_held = options.sample.finish == FinishKind::none ? 1 << 22 : 1 << 19;
   require_task_memory();
   const auto threads = static_cast<std::uint64_t>(tbb::this_task_arena::max_concurrency());

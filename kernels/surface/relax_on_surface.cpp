@@ -18,7 +18,7 @@ namespace {
 
 // Edges of the grid, in spacings, and its cells in a direction.
 constexpr double longest_edge = 0.7;
-constexpr std::size_t least_cells = 32, most_cells = 1 << 15;
+constexpr std::size_t min_cells = 32, max_cells = 1 << 15;
 // Lines of the square that lengths are taken from, and their points.
 constexpr std::size_t lines = 33, line_points = 257;
 // Points of the sides of the square that are nearer to each other, in diagonals, are one.
@@ -57,12 +57,12 @@ class SurfaceGrid {
     const std::array<double, 2> longest = longest_lines(measure, cancel);
     for (std::size_t k = 0; k < 2; ++k)
       cells_[k] = static_cast<std::size_t>(
-          std::clamp(std::ceil(longest[k] / edge), double(least_cells), double(most_cells)));
+          std::clamp(std::ceil(longest[k] / edge), double(min_cells), double(max_cells)));
     const double most = 8 * static_cast<double>(samples) + 65536,
                  over = static_cast<double>(cells_[0]) * static_cast<double>(cells_[1]) / most;
     if (over > 1)
       for (std::size_t& cells : cells_)
-        cells = std::max(least_cells, static_cast<std::size_t>(static_cast<double>(cells) / std::sqrt(over)));
+        cells = std::max(min_cells, static_cast<std::size_t>(static_cast<double>(cells) / std::sqrt(over)));
     evaluate(measure, cancel);
     join_sides(joined_within * measure.diagonal());
   }
