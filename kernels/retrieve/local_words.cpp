@@ -53,9 +53,11 @@ void orthonormalize(std::vector<std::vector<double>>& columns, double largest) {
   for (std::size_t c = 0; c < columns.size(); ++c) {
     for (int again = 0; again < 2; ++again)
       for (std::size_t b = 0; b < c; ++b) {
+        const double* const before = columns[b].data();
+        double* const column = columns[c].data();
         double dot = 0;
-        for (std::size_t k = 0; k < columns[c].size(); ++k) dot += columns[b][k] * columns[c][k];
-        for (std::size_t k = 0; k < columns[c].size(); ++k) columns[c][k] -= dot * columns[b][k];
+        for (std::size_t k = 0; k < columns[c].size(); ++k) dot += before[k] * column[k];
+        for (std::size_t k = 0; k < columns[c].size(); ++k) column[k] -= dot * before[k];
       }
     double squares = 0;
     for (const double value : columns[c]) squares += value * value;
@@ -84,9 +86,11 @@ std::vector<std::vector<double>> principal_axes(std::span<const double> products
     cancel.check();
     parallel_tasks(columns.size(), [&](std::size_t c) {
       std::vector<double> turned(width, 0);
+      double* const to = turned.data();
       for (std::size_t i = 0; i < width; ++i) {
         const double own = columns[c][i];
-        for (std::size_t k = 0; k < width; ++k) turned[k] += own * products[i * width + k];
+        const double* const row = products.data() + i * width;
+        for (std::size_t k = 0; k < width; ++k) to[k] += own * row[k];
       }
       columns[c] = std::move(turned);
     });
