@@ -1,20 +1,25 @@
 #!/usr/bin/env python3
 """How sets of other samplers that keep points apart stand beside spaced samples: error over rotated boxes and spacing.
 
-    poisson_disk_peers.py MEANDER MESH... [-n 1024 16384] [--sets 3] [--yuksel CYCODEBASE] [--json result.json]
+    poisson_disk_peers.py MEANDER MESH... [-n 1024 16384] [--sets 3] [--yuksel CYCODEBASE] [--program NAME=PROGRAM ...]
+      [--json result.json]
 
 For every mesh and number of points, sets of
   Yuksel's own code (--yuksel: the folder of github.com/cemyuksel/cyCodeBase), from five times as many random samples;
   farthest points, each the farthest from all before it, of ten times as many random samples;
   Open3D (sample_points_poisson_disk, its default), where Python can import it;
-  `meander run --sequence spaced --order curve`.
-They are judged by `meander measure boxes` and `measure spacing`, on the same boxes: root mean square of the errors, mean
-rho, mean distance over that of the hexagonal lattice, and the time that a sample takes one core (Meander: of a whole run
-with -j 1, reading and writing included; others: of the elimination alone). Needs numpy, the Python package of Meander
-(PYTHONPATH), and g++ for --yuksel. Exit status 1 when a run failed. Points of other programs are judged the same way: write
-them as PLY or XYZ and give them to `meander measure`.
+  each --program, called as PROGRAM MESH COUNT SEED FILE: writes about COUNT points to FILE (XYZ: a line of three numbers
+  each) and prints the processor seconds of its sampler last;
+  `meander run --sequence spaced --order curve`, and with `--finish relax`.
+They are judged by `meander measure boxes` and `measure spacing`, on the same boxes: root mean square of the errors, and
+that over the least that is known to be possible, mean rho, mean distance over that of the hexagonal lattice, largest hole
+and Chamfer distance over its own, and the time that a sample takes one core (Meander: of a whole run with -j 1, reading and
+writing included; others: of the elimination alone). Everything is relative to the points that a set has. Needs numpy, the
+Python package of Meander (PYTHONPATH), and g++ for --yuksel. Exit status 1 when a run failed. Points of other programs are
+judged the same way: write them as PLY or XYZ and give them to `meander measure`.
 """
 import argparse
+import functools
 import json
 import math
 import os
@@ -34,22 +39,24 @@ except ImportError:
     open3d = None
 
 
-def measured(program, measure, files, mesh, column):
-    """One value of every set."""
+def measured(program, measure, files, mesh):
+    """The values of every set by column."""
     command = [program, "measure", measure, *map(str, files), "--surface", str(mesh), "--json"]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode != 0:
         sys.exit(f"{' '.join(command)}: exit {done.returncode}\n{done.stderr[-2000:]}")
-    return [row[column] for row in json.loads(done.stdout)["results"]]
+    results = json.loads(done.stdout)["results"]
+    return {column: np.array([row[column] for row in results]) for column in results[0] if column != "set"}
 
 
-def summary(program, files, mesh, points, area):
-    errors = measured(program, "boxes", files, mesh, "error / random")
-    hexagonal = math.sqrt(2 * area / (math.sqrt(3) * points))
-    rho = measured(program, "spacing", files, mesh, "rho")
-    mean = measured(program, "spacing", files, mesh, "mean")
-    return {"error": math.sqrt(np.mean(np.square(errors))), "rho": float(np.mean(rho)), "least rho": min(rho),
-            "mean distance": float(np.mean(mean)) / hexagonal}
+def summary(program, files, mesh, area):
+    boxes, spacing = measured(program, "boxes", files, mesh), measured(program, "spacing", files, mesh)
+    hexagonal = np.sqrt(2 * area / (math.sqrt(3) * spacing["points"]))
+    root_mean_square = {name: float(np.sqrt(np.mean(np.square(boxes[column]))))
+                        for name, column in (("error", "error / random"), ("over limit", "over_limit"))}
+    return {**root_mean_square, "rho": float(spacing["rho"].mean()), "least rho": float(spacing["rho"].min()),
+            "mean distance": float((spacing["mean"] / hexagonal).mean()), "hole": float(spacing["hole"].mean()),
+            "chamfer": float(spacing["chamfer"].mean()), "points of a set": float(spacing["points"].mean())}
 
 
 def candidates(surface, count, seed):
@@ -85,7 +92,7 @@ class Eliminator:
 class Peers:
     """Functions of (mesh, surface, area, points, seed, file): write a set to the file, return the seconds of one core."""
 
-    def __init__(self, program, yuksel, scratch):
+    def __init__(self, program, yuksel, programs, scratch):
         self.program = program
         self.all = {}
         if yuksel:
@@ -94,7 +101,10 @@ class Peers:
         self.all["farthest points"] = (self.farthest, ".npy")
         if open3d:
             self.all["Open3D Poisson disk"] = (self.open3d, ".ply")
+        for name, peer in programs:
+            self.all[name] = (functools.partial(self.other, peer), ".xyz")
         self.all["spaced"] = (self.spaced, ".h5")
+        self.all["spaced, relaxed"] = (functools.partial(self.spaced, options=("--finish", "relax")), ".h5")
 
     def yuksel(self, mesh, surface, area, points, seed, file):
         kept, seconds = self.eliminate(candidates(surface, 5 * points, seed), points, area)
@@ -115,10 +125,16 @@ class Peers:
         open3d.io.write_point_cloud(str(file), cloud)
         return seconds
 
-    def spaced(self, mesh, surface, area, points, seed, file):
+    @staticmethod
+    def other(peer, mesh, surface, area, points, seed, file):
+        done = subprocess.run([peer, str(mesh), str(points), str(seed), str(file)], capture_output=True, text=True,
+                              check=True)
+        return float(done.stdout.split()[-1])
+
+    def spaced(self, mesh, surface, area, points, seed, file, options=()):
         before = resource.getrusage(resource.RUSAGE_CHILDREN)
         subprocess.run([self.program, "run", str(mesh), "-o", str(file), "-n", str(points), "--seed", str(seed),
-                        "--sequence", "spaced", "--order", "curve", "--fresh", "--progress", "none", "-j", "1"],
+                        "--sequence", "spaced", "--order", "curve", "--fresh", "--progress", "none", "-j", "1", *options],
                        check=True, capture_output=True)
         after = resource.getrusage(resource.RUSAGE_CHILDREN)
         return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
@@ -131,13 +147,19 @@ def main():
     parser.add_argument("-n", "--points", nargs="+", type=int, default=[1024, 16384])
     parser.add_argument("--sets", type=int, default=3)
     parser.add_argument("--yuksel", metavar="CYCODEBASE", type=Path)
+    parser.add_argument("--program", metavar="NAME=PROGRAM", action="append", default=[])
     parser.add_argument("--json", metavar="FILE", help="all values")
     arguments = parser.parse_args()
+    programs = [text.partition("=")[::2] for text in arguments.program]
+    for name, peer in programs:
+        if not name or not os.access(peer, os.X_OK):
+            parser.error(f"--program {name}={peer}: NAME=PROGRAM is expected, a program that can be run")
     rows = []
     print(f"{'Open3D ' + open3d.__version__ if open3d else 'without Open3D'}, {arguments.sets} sets")
-    print("| mesh | points | samples | error | rho (least) | mean distance | us a sample |\n|---|---|---|---|---|---|---|")
+    print("| mesh | points | samples | of a set | error | over limit | rho (least) | mean distance | hole | chamfer "
+          "| us a sample |\n|" + "---|" * 11)
     with tempfile.TemporaryDirectory(prefix="meander-peers-") as folder:
-        peers = Peers(arguments.meander, arguments.yuksel, Path(folder))
+        peers = Peers(arguments.meander, arguments.yuksel, programs, Path(folder))
         for mesh in arguments.meshes:
             surface = meander.read_mesh(mesh)
             area = meander.sample(surface, n=1).area
@@ -146,11 +168,20 @@ def main():
                     files = [Path(folder) / f"{seed}{suffix}" for seed in range(1, arguments.sets + 1)]
                     seconds = [make(mesh, surface, area, points, seed, file)
                                for seed, file in enumerate(files, 1)]
-                    row = summary(arguments.meander, files, mesh, points, area)
-                    row["us a sample"] = 1e6 * min(seconds) / points
-                    print(f"| {mesh.stem} | {points} | {name} | {row['error']:.3f} | {row['rho']:.2f} "
-                          f"({row['least rho']:.2f}) | {row['mean distance']:.2f} | {row['us a sample']:.1f} |", flush=True)
+                    row = summary(arguments.meander, files, mesh, area)
+                    row["us a sample"] = 1e6 * min(seconds) / row["points of a set"]
+                    print(f"| {mesh.stem} | {points} | {name} | {row['points of a set']:.0f} | {row['error']:.3f} "
+                          f"| {row['over limit']:.2f} | {row['rho']:.2f} ({row['least rho']:.2f}) "
+                          f"| {row['mean distance']:.2f} | {row['hole']:.2f} | {row['chamfer']:.3f} "
+                          f"| {row['us a sample']:.1f} |", flush=True)
                     rows.append({"mesh": mesh.stem, "points": points, "samples": name, **row})
+        print("\nMeans over the meshes:")
+        for points in arguments.points:
+            for name in peers.all:
+                of = [row for row in rows if row["points"] == points and row["samples"] == name]
+                print(f"| {points} | {name} | " + " | ".join(
+                    f"{np.mean([row[column] for row in of]):.3f}"
+                    for column in ("error", "over limit", "rho", "mean distance", "hole", "chamfer", "us a sample")) + " |")
     if arguments.json:
         Path(arguments.json).write_text(json.dumps(rows, indent=1) + "\n")
     return 0
