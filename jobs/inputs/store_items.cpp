@@ -53,13 +53,38 @@ std::uint64_t find_item(const StoreReader& store, const std::string& item) {
                    (near.empty() ? "" : ", did you mean `" + near + "`?"));
 }
 
+namespace {
+
+// Columns that the samples of every row come with, as opposed to descriptors, which are added and taken away.
+std::vector<std::string> measured_columns(const std::vector<DescriptorSchema>& columns) {
+  std::vector<std::string> names;
+  for (const DescriptorSchema& column : columns)
+    if (column.group != DescriptorSchema{}.group) names.push_back(column.group + "/" + column.name);
+  return names;
+}
+
+// "" or a sentence: programs before this one may have measured other things under the same options.
+std::string column_differences(const StoreReader& store, const StoreHeader& header) {
+  const std::vector<std::string> were = measured_columns(store.descriptors()),
+                                 are = measured_columns(header.descriptors);
+  if (were == are) return {};
+  const auto list = [](const std::vector<std::string>& names) {
+    return names.empty() ? std::string("none") : fmt::format("{}", fmt::join(names, ", "));
+  };
+  return fmt::format("the columns of measures were {}, now they are {}", list(were), list(are));
+}
+
+}  // namespace
+
 std::string parameter_mismatch(const StoreReader& store, const StoreHeader& header) {
   std::string text;
   if (store.method_version() != store_method_version)
     text = "the method version was " + std::to_string(store.method_version()) + ", now it is " +
            std::to_string(store_method_version);
   const std::string differences = parameter_differences(store.parameters_json(), header.parameters_json);
-  return text + (text.empty() || differences.empty() ? "" : "; ") + differences;
+  // With other parameters the columns follow from these.
+  const std::string more = differences.empty() ? column_differences(store, header) : differences;
+  return text + (text.empty() || more.empty() ? "" : "; ") + more;
 }
 
 namespace {

@@ -22,7 +22,8 @@ void warn_of_unfinished_run(const std::string& store);
 std::uint64_t find_item(const StoreReader& store, const std::string& item);
 
 // The differences between `store` and what a run with this header would make: another method version, or the
-// parameters that differ, with both values. Empty when the rows would be the same.
+// parameters that differ, with both values, or with equal ones other columns of measures. Empty when the rows
+// would be the same.
 std::string parameter_mismatch(const StoreReader& store, const StoreHeader& header);
 
 }  // namespace meander

@@ -19,17 +19,24 @@ class WholeLaboratory final : public Laboratory {
   }
 
   std::vector<DescriptorSchema> certificate_columns() const override {
-    return {{certificate_box_error,
-             1,
-             {{"meaning",
-               "root mean square error over 1000 random rotated boxes with exact areas, relative to random "
-               "points; smaller is better"}},
-             "certificate"},
-            {certificate_rho,
-             1,
-             {{"meaning",
-               "smallest distance between samples over that of a hexagonal lattice of the same density"}},
-             "certificate"}};
+    return {
+        {certificate_box_error,
+         1,
+         {{"meaning",
+           "root mean square error over 1000 random rotated boxes with exact areas, relative to random "
+           "points; smaller is better"}},
+         "certificate"},
+        {certificate_box_limit,
+         1,
+         {{"meaning",
+           "the smallest such error that is known to be possible for so many samples of this surface"}},
+         "certificate"},
+        {certificate_over_limit, 1, {{"meaning", "box_rms_ratio over box_limit; 1 at best"}}, "certificate"},
+        {certificate_rho,
+         1,
+         {{"meaning",
+           "smallest distance between samples over that of a hexagonal lattice of the same density"}},
+         "certificate"}};
   }
 
   void add_certificate_stage(GraphStages& stages) const override {

@@ -47,7 +47,8 @@ const RunSettings& row_settings() {
     made.under("Collection");
     made.flag(
         "certify", "--certify", [](auto& options) -> auto& { return options.certify; },
-        "Measure the samples of every model: error over rotated boxes, rho (/certificate)");
+        "Measure the samples of every model: error over rotated boxes beside the least possible, rho "
+        "(/certificate)");
     made.word(
         "compress", "--compress", [](auto& options) -> auto& { return options.compression; },
         compression_words, "shuffle + deflate + checksum, or checksum only");

@@ -54,18 +54,32 @@ double length_on_face(const std::array<Corner, 3>& corners, std::size_t axis, do
   return found == 2 ? length_within(ends[0], ends[1], axis, half) : 0;
 }
 
+// The length that all faces have on a triangle.
+double length_on_faces(const std::array<Corner, 3>& corners, const std::array<double, 3>& half) {
+  std::array<double, 3> low{}, high{};
+  for (std::size_t k = 0; k < 3; ++k) {
+    low[k] = std::min({corners[0][k], corners[1][k], corners[2][k]});
+    high[k] = std::max({corners[0][k], corners[1][k], corners[2][k]});
+    if (low[k] > half[k] || high[k] < -half[k]) return 0;  // most triangles near a box lie beyond one face
+  }
+  double length = 0;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (low[axis] <= half[axis] && high[axis] > half[axis]) length += length_on_face(corners, axis, 1, half);
+    if (high[axis] >= -half[axis] && low[axis] < -half[axis])
+      length += length_on_face(corners, axis, -1, half);
+  }
+  return length;
+}
+
 double boundary_length(const BoxTriangles& triangles, const RotatedBox& box) {
   double length = 0;
   visit_box(
       triangles.tree, box, [](std::size_t, std::size_t) {},
       [&](std::size_t begin, std::size_t end) {
-        for (std::size_t p = begin; p < end; ++p) {
-          const std::array<Corner, 3> corners{to_box(box, triangles.corner(p, 0)),
-                                              to_box(box, triangles.corner(p, 1)),
-                                              to_box(box, triangles.corner(p, 2))};
-          for (std::size_t axis = 0; axis < 3; ++axis)
-            for (const double sign : {1.0, -1.0}) length += length_on_face(corners, axis, sign, box.half);
-        }
+        for (std::size_t p = begin; p < end; ++p)
+          length += length_on_faces({to_box(box, triangles.corner(p, 0)), to_box(box, triangles.corner(p, 1)),
+                                     to_box(box, triangles.corner(p, 2))},
+                                    box.half);
       });
   return length;
 }

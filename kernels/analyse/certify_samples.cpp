@@ -3,6 +3,7 @@
 #include <limits>
 
 #include "kernels/analyse/box_discrepancy.h"
+#include "kernels/analyse/box_limit.h"
 #include "kernels/analyse/spacing.h"
 #include "kernels/sample/point_frames.h"
 
@@ -22,11 +23,19 @@ void certify_samples(Row& row, const PreparedMesh& mesh, const CancelToken& canc
   constexpr float unknown = std::numeric_limits<float>::quiet_NaN();
   const std::vector<RotatedBox> boxes = random_boxes(mesh.x, mesh.y, mesh.z, mesh.triangles, BoxParameters{});
   cancel.check();
-  const float box_error = boxes.empty() ? unknown : static_cast<float>(box_error_ratio(boxes, points));
+  float box_error = unknown, limit = unknown;
+  if (!boxes.empty()) {
+    box_error = static_cast<float>(box_error_ratio(boxes, points));
+    cancel.check();
+    const double boundary = relative_boundary(mesh.x, mesh.y, mesh.z, mesh.triangles, boxes);
+    if (boundary > 0) limit = static_cast<float>(box_error_limit(boundary, points.size() / 3));
+  }
   const float rho = points.size() < 6
                         ? unknown
                         : static_cast<float>(spacing_of(nearest_distances(points), mesh.total_area).rho);
   row.descriptors.push_back({certificate_box_error, {box_error}});
+  row.descriptors.push_back({certificate_box_limit, {limit}});
+  row.descriptors.push_back({certificate_over_limit, {box_error / limit}});
   row.descriptors.push_back({certificate_rho, {rho}});
 }
 

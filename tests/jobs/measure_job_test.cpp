@@ -440,15 +440,22 @@ TEST_CASE("run --certify: every ok row holds the measures of its own samples") {
           0);
   CHECK(verify_store(store).problems.empty());
   const StoreReader reader(store);
-  REQUIRE(reader.descriptors().size() == 2);
-  CHECK(reader.descriptors()[0].group == "certificate");
+  std::vector<std::string> names;
+  for (const DescriptorSchema& column : reader.descriptors()) {
+    CHECK(column.group == "certificate");
+    names.push_back(column.name);
+  }
+  REQUIRE(names == std::vector<std::string>{"box_rms_ratio", "box_limit", "over_limit", "rho"});
   for (std::uint64_t row = 0; row < reader.rows(); ++row) {
     const Row content = reader.read_row(row);
-    REQUIRE(content.descriptors.size() == 2);
-    CHECK(content.descriptors[0].values[0] > 0.1);
-    CHECK(content.descriptors[0].values[0] < 0.4);
-    CHECK(content.descriptors[1].values[0] > 0);
-    CHECK(content.descriptors[1].values[0] < 0.6);
+    REQUIRE(content.descriptors.size() == 4);
+    const auto value = [&](std::size_t k) { return content.descriptors[k].values.at(0); };
+    CHECK(value(0) > 0.1);
+    CHECK(value(0) < 0.4);
+    CHECK(value(1) == Approx(0.17).margin(0.02));
+    CHECK(value(2) == Approx(value(0) / value(1)));
+    CHECK(value(3) > 0);
+    CHECK(value(3) < 0.6);
   }
   const ProcessResult judged =
       measure({"boxes", store + "::sphere.off", "--surface", scratch / "in", "--csv", scratch / "b.csv"});
@@ -456,6 +463,8 @@ TEST_CASE("run --certify: every ok row holds the measures of its own samples") {
   REQUIRE(judged.exit_code == 0);
   CHECK(csv_column(scratch / "b.csv", "error / random")[0] ==
         Approx(reader.read_row(0).descriptors[0].values[0]).epsilon(1e-5));
+  CHECK(csv_column(scratch / "b.csv", "limit")[0] ==
+        Approx(reader.read_row(0).descriptors[1].values[0]).epsilon(1e-5));
   const ProcessResult refused =
       run_process({program, "run", scratch / "in", "-o", scratch / "t.h5", "--certify", "--density", "mean"});
   CHECK(refused.exit_code == 2);
@@ -484,7 +493,7 @@ TEST_CASE("measure and run --certify: spaced samples show by their distance and 
     const Judged result{of("boxes", "error / random"), of("spacing", "rho"), of("spacing", "mean"),
                         of("spacing", "coverage / mean spacing")};
     CHECK(row.descriptors.at(0).values[0] == Approx(result.error).epsilon(1e-5));
-    CHECK(row.descriptors.at(1).values[0] == Approx(result.rho).epsilon(1e-5));
+    CHECK(row.descriptors.at(3).values[0] == Approx(result.rho).epsilon(1e-5));
     return result;
   };
   const Judged shifted = judged({"--sequence", "shifted"}), progressive = judged({"--sequence", "spaced"}),

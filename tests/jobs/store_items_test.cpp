@@ -22,6 +22,22 @@ TEST_CASE("store parameters: every difference is named with both values") {
   CHECK_THROWS_AS(find_item(store, "0"), UsageError);
 }
 
+TEST_CASE("store parameters: columns of measures that another program had are a difference") {
+  const ScratchFolder scratch;
+  StoreHeader header;
+  header.samples = 4;
+  header.parameters_json = R"({"certify":true,"samples":4})";
+  header.descriptors = {{"box_rms_ratio", 1, {}, "certificate"}, {"d2", 8, {}, "descriptors"}};
+  RunDirectory(scratch / "s.h5", header).finish();
+  const StoreReader store(scratch / "s.h5");
+  header.descriptors.pop_back();  // descriptors can be added to a store and left out of it
+  CHECK(parameter_mismatch(store, header).empty());
+  header.descriptors.push_back({"rho", 1, {}, "certificate"});
+  CHECK(parameter_mismatch(store, header) ==
+        "the columns of measures were certificate/box_rms_ratio, now they are certificate/box_rms_ratio, "
+        "certificate/rho");
+}
+
 TEST_CASE("store parameters: a run begun with others names all differences") {
   const ScratchFolder scratch;
   StoreHeader header;
