@@ -32,6 +32,9 @@ constexpr float flat_fullness = 1.02f, stacked_fullness = 1.15f;
 // Where the surface within reach is more than this times that of a plane, sheets lie on each other, and
 // samples cannot be so far apart.
 constexpr float one_sheet = 2.5f;
+// Steps to the distance within which no more sheets lie than let samples be so far apart: each halves the
+// error.
+constexpr int distance_steps = 5;
 // Weights of the short kernel, while all samples move and in repairs.
 constexpr float short_weight = 2, repair_weight = 10;
 // How much of its own stratum's attraction a place loses for what is missing of the surface around it
@@ -506,6 +509,7 @@ class SpacedLevel {
     attraction_ = PackedRows(strata.size(), places);
     fullness_.resize(strata.size());
     around_.resize(strata.size());
+    apart_.resize(strata.size());
     visit_all(strata, [&](std::size_t i, std::uint32_t s, Visit& visit) {
       load_places(s, visit);
       attract(s, visit);
@@ -514,6 +518,7 @@ class SpacedLevel {
       const float flat = static_cast<float>(std::numbers::pi / 6) * reach_[s] * reach_[s];
       fullness_[i] = mean / flat;
       around_[i] = 1;
+      apart_[i] = distance_among_sheets(s, visit);
       const float share = own_share(s);
       for (std::size_t k = 0; k < places; ++k) visit.energy[k] -= share * visit.own[k];
       attraction_.write(i, visit.energy);
@@ -573,8 +578,51 @@ class SpacedLevel {
   }
   // Nearer than this is too near.
   float min_distance(std::uint32_t stratum) const {
-    const float sheets = std::max(fullness_[slot_of(stratum)] - (one_sheet - 1), 1.0f);
-    return too_near_ * spacing_[stratum] / std::sqrt(sheets);
+    return too_near_ * spacing_[stratum] * apart_[slot_of(stratum)];
+  }
+  // The distance that samples can keep where sheets are stacked, over that on a single one: 1 / sqrt(sheets)
+  // where these coincide; but only those count that lie within that distance of each other, and heaps fill
+  // space. Beside samples of earlier levels there is no room for more: too many would be too near to leave.
+  float distance_among_sheets(std::uint32_t stratum, const Visit& visit) const {
+    const float sheets = fullness_[slot_of(stratum)] - (one_sheet - 1);
+    if (sheets <= 1) return 1;
+    const float coincident = 1 / std::sqrt(sheets);
+    if (blocks_.count < blocks_.leaves || !slot_.empty()) return coincident;
+    const float thickness = thickness_around(stratum, visit.near) / spacing_[stratum];
+    float distance = coincident;
+    for (int step = 0; step < distance_steps; ++step)
+      distance = coincident * std::sqrt(std::max(thickness / distance, 1.0f));
+    return std::min(distance, 1.0f);
+  }
+  // How thick the layer is that the strata within reach of one fill, in its metric. Of a plate that is wide
+  // beside its thickness; of a ball nine tenths of the radius: twice the root of the harmonic mean of the
+  // principal second moments.
+  float thickness_around(std::uint32_t stratum, const std::vector<std::uint32_t>& near) const {
+    const PointGroup own = to_metric(stratum, moments_[stratum]);
+    const float far = reach_of(stratum);
+    double mass = own.mass;
+    std::array<double, 3> sum{};
+    std::array<double, 6> square{};  // xx, yy, zz, yz, xz, xy
+    for (const std::uint32_t other : near) {
+      const PointGroup group = to_metric(stratum, moments_[other]);
+      const double x = double(group.mean[0]) - double(own.mean[0]),
+                   y = double(group.mean[1]) - double(own.mean[1]),
+                   z = double(group.mean[2]) - double(own.mean[2]);
+      if (x * x + y * y + z * z > double(far) * double(far)) continue;
+      const double m = group.mass;
+      mass += m;
+      sum = {sum[0] + m * x, sum[1] + m * y, sum[2] + m * z};
+      square = {square[0] + m * x * x, square[1] + m * y * y, square[2] + m * z * z,
+                square[3] + m * y * z, square[4] + m * x * z, square[5] + m * x * y};
+    }
+    const auto central = [&](std::size_t k, std::size_t a, std::size_t b) {
+      return square[k] / mass - sum[a] / mass * (sum[b] / mass);
+    };
+    const double xx = central(0, 0, 0), yy = central(1, 1, 1), zz = central(2, 2, 2), yz = central(3, 1, 2),
+                 xz = central(4, 0, 2), xy = central(5, 0, 1);
+    const double minors = xx * yy - xy * xy + yy * zz - yz * yz + xx * zz - xz * xz;
+    const double determinant = xx * (yy * zz - yz * yz) - xy * (xy * zz - yz * xz) + xz * (xy * yz - yy * xz);
+    return minors > 0 && determinant > 0 ? static_cast<float>(2 * std::sqrt(3 * determinant / minors)) : 0.0f;
   }
   // Weight of the short kernel while all samples move. It has no counterpart in the attraction: in stacks of
   // sheets, as both sides of a thin plate, it would drive samples out of them or to their rims.
@@ -945,7 +993,8 @@ class SpacedLevel {
   std::vector<std::uint32_t> slot_;  // by stratum: among those without a held sample; empty where all are
   PackedRows attraction_{0, 0};      // by slot: of all offered places
   std::vector<float> fullness_;      // by slot: attraction over that of a flat surface,
-  std::vector<float> around_;        // and its mean over the strata around
+  std::vector<float> around_;        // and its mean over the strata around,
+  std::vector<float> apart_;         // distance that samples can keep, over that on a single sheet
   std::vector<Point> sample_;
   std::vector<std::uint32_t> number_;  // of the place of the sample, or held
   TakenPlaces taken_;
