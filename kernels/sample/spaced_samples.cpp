@@ -5,7 +5,7 @@
 #include <cmath>
 #include <map>
 #include <numbers>
-#include <numeric>
+#include <optional>
 #include <stdexcept>
 #include <unordered_map>
 
@@ -89,6 +89,10 @@ constexpr std::uint32_t few_left = 64;
 // there differs by at most this factor. In stacks of more sheets than this samples stay.
 constexpr std::uint32_t few_leave = 64, leave_places = 24;
 constexpr float leave_within = 2, leave_factor = 1.25f, max_leave_fullness = 3;
+// So many strata for each that looks for a place at the same time as others, so that few see another one
+// leave; and how many do so at most.
+constexpr std::uint32_t strata_per_leaving = 8192;
+constexpr std::size_t max_batch = 1024;
 // The first levels of a progressive set, up to so many samples, have as many rounds of it as there may be:
 // what is too near there is so in all prefixes that follow, and few samples cost nothing.
 constexpr std::uint32_t early_samples = 512;
@@ -100,6 +104,13 @@ constexpr std::uint32_t groups = 16;
 constexpr std::size_t check_interval = 16;
 // What SpacingParameters may ask for.
 constexpr std::uint32_t max_sweeps = 64, max_refinements = 16, max_repairs = 64, max_leave_rounds = 8;
+
+// Of the places of a stratum, as in PointGroup.
+struct StratumMoments {
+  std::array<float, 3> mean{};
+  std::array<float, 6> central{};
+  float per_extent = 0;
+};
 
 // The place that a sample which left its stratum has taken: `number` of stratum `host`.
 struct TakenPlace {
@@ -389,8 +400,13 @@ class SpacedLevel {
     visit.in_space = visit.places;
     to_metric(stratum, visit.places, visit.places.size());
   }
+  // The places of a stratum in the metric of another one.
+  PointGroup in_metric(std::uint32_t stratum, std::uint32_t other) const {
+    const StratumMoments& moments = moments_[other];
+    const PointGroup group{mass_of(other), moments.mean, moments.central, moments.per_extent};
+    return metric_.empty() ? group : to_metric(stratum, group);
+  }
   PointGroup to_metric(std::uint32_t stratum, const PointGroup& group) const {
-    if (metric_.empty()) return group;
     const auto& rows = metric_[stratum].rows;
     const std::array<float, 6>& c = group.central;
     const std::array<std::array<float, 3>, 3> central{
@@ -405,12 +421,11 @@ class SpacedLevel {
         group.mass, {}, {along(0, 0), along(1, 1), along(2, 2), along(1, 2), along(0, 2), along(0, 1)}};
     for (std::size_t i = 0; i < 3; ++i)
       for (std::size_t k = 0; k < 3; ++k) result.mean[i] += rows[i][k] * group.mean[k];
-    set_extent(result);
+    result.per_extent = inverse_extent(result.central);
     return result;
   }
-  static void set_extent(PointGroup& group) {
-    const float trace = group.central[0] + group.central[1] + group.central[2];
-    group.per_extent = 1 / std::sqrt(std::max(2 * trace, min_trace));
+  static float inverse_extent(const std::array<float, 6>& central) {
+    return 1 / std::sqrt(std::max(2 * (central[0] + central[1] + central[2]), min_trace));
   }
 
   // Mass of a stratum, in samples.
@@ -430,9 +445,8 @@ class SpacedLevel {
       rows.resize(places);
       for (std::size_t s = begin; s < end; ++s) {
         offered_.load(s, rows, 0);
-        PointGroup& group = moments_[s];
-        group = {mass_of(static_cast<std::uint32_t>(s))};
-        auto& [x, y, z] = group.mean;
+        StratumMoments& moments = moments_[s];
+        auto& [x, y, z] = moments.mean;
         for (std::size_t k = 0; k < places; ++k) {
           x += share * rows.x[k];
           y += share * rows.y[k];
@@ -440,14 +454,14 @@ class SpacedLevel {
         }
         for (std::size_t k = 0; k < places; ++k) {
           const float dx = rows.x[k] - x, dy = rows.y[k] - y, dz = rows.z[k] - z;
-          group.central[0] += share * dx * dx;
-          group.central[1] += share * dy * dy;
-          group.central[2] += share * dz * dz;
-          group.central[3] += share * dy * dz;
-          group.central[4] += share * dx * dz;
-          group.central[5] += share * dx * dy;
+          moments.central[0] += share * dx * dx;
+          moments.central[1] += share * dy * dy;
+          moments.central[2] += share * dz * dz;
+          moments.central[3] += share * dy * dz;
+          moments.central[4] += share * dx * dz;
+          moments.central[5] += share * dx * dy;
         }
-        set_extent(group);
+        moments.per_extent = inverse_extent(moments.central);
       }
     });
   }
@@ -469,7 +483,7 @@ class SpacedLevel {
       if (gap > far * far) continue;
       // A torn stratum has no middle.
       if (gap > close * close && !is_torn(other)) {
-        visit.groups.push_back(to_metric(stratum, moments_[other]));
+        visit.groups.push_back(in_metric(stratum, other));
         continue;
       }
       if (visit.background.size() < count + places) visit.background.resize(count + places);
@@ -509,7 +523,6 @@ class SpacedLevel {
     attraction_ = PackedRows(strata.size(), places);
     fullness_.resize(strata.size());
     around_.resize(strata.size());
-    apart_.resize(strata.size());
     visit_all(strata, [&](std::size_t i, std::uint32_t s, Visit& visit) {
       load_places(s, visit);
       attract(s, visit);
@@ -518,12 +531,17 @@ class SpacedLevel {
       const float flat = static_cast<float>(std::numbers::pi / 6) * reach_[s] * reach_[s];
       fullness_[i] = mean / flat;
       around_[i] = 1;
-      apart_[i] = distance_among_sheets(s, visit);
       const float share = own_share(s);
       for (std::size_t k = 0; k < places; ++k) visit.energy[k] -= share * visit.own[k];
       attraction_.write(i, visit.energy);
     });
+    // Beside samples of earlier levels there is no room for more than between sheets that coincide: too many
+    // would be too near to leave.
+    if (blocks_.count == blocks_.leaves && slot_.empty() &&
+        std::ranges::any_of(strata, [&](std::uint32_t s) { return sheets_at(s) > 1; }))
+      apart_.resize(strata.size());
     visit_all(strata, [&](std::size_t i, std::uint32_t s, Visit& visit) {
+      if (!apart_.empty()) apart_[i] = distance_among_sheets(s, visit.near);
       const float before = own_share(s);
       around_[i] = mean_fullness(visit.near);
       const float more = own_share(s) - before;
@@ -578,17 +596,21 @@ class SpacedLevel {
   }
   // Nearer than this is too near.
   float min_distance(std::uint32_t stratum) const {
-    return too_near_ * spacing_[stratum] * apart_[slot_of(stratum)];
+    const float apart = apart_.empty() ? distance_on_sheets(stratum) : apart_[slot_of(stratum)];
+    return too_near_ * spacing_[stratum] * apart;
   }
-  // The distance that samples can keep where sheets are stacked, over that on a single one: 1 / sqrt(sheets)
-  // where these coincide; but only those count that lie within that distance of each other, and heaps fill
-  // space. Beside samples of earlier levels there is no room for more: too many would be too near to leave.
-  float distance_among_sheets(std::uint32_t stratum, const Visit& visit) const {
-    const float sheets = fullness_[slot_of(stratum)] - (one_sheet - 1);
-    if (sheets <= 1) return 1;
-    const float coincident = 1 / std::sqrt(sheets);
-    if (blocks_.count < blocks_.leaves || !slot_.empty()) return coincident;
-    const float thickness = thickness_around(stratum, visit.near) / spacing_[stratum];
+  // How many sheets lie within reach, by their surface.
+  float sheets_at(std::uint32_t stratum) const { return fullness_[slot_of(stratum)] - (one_sheet - 1); }
+  // The distance that samples can keep where sheets coincide, over that on a single one.
+  float distance_on_sheets(std::uint32_t stratum) const {
+    return 1 / std::sqrt(std::max(sheets_at(stratum), 1.0f));
+  }
+  // The same where they fill space, as in heaps: only those count that lie within that distance of each
+  // other. near: the strata around.
+  float distance_among_sheets(std::uint32_t stratum, const std::vector<std::uint32_t>& near) const {
+    const float coincident = distance_on_sheets(stratum);
+    if (coincident == 1) return 1;
+    const float thickness = thickness_around(stratum, near) / spacing_[stratum];
     float distance = coincident;
     for (int step = 0; step < distance_steps; ++step)
       distance = coincident * std::sqrt(std::max(thickness / distance, 1.0f));
@@ -598,13 +620,13 @@ class SpacedLevel {
   // beside its thickness; of a ball nine tenths of the radius: twice the root of the harmonic mean of the
   // principal second moments.
   float thickness_around(std::uint32_t stratum, const std::vector<std::uint32_t>& near) const {
-    const PointGroup own = to_metric(stratum, moments_[stratum]);
+    const PointGroup own = in_metric(stratum, stratum);
     const float far = reach_of(stratum);
     double mass = own.mass;
     std::array<double, 3> sum{};
     std::array<double, 6> square{};  // xx, yy, zz, yz, xz, xy
     for (const std::uint32_t other : near) {
-      const PointGroup group = to_metric(stratum, moments_[other]);
+      const PointGroup group = in_metric(stratum, other);
       const double x = double(group.mean[0]) - double(own.mean[0]),
                    y = double(group.mean[1]) - double(own.mean[1]),
                    z = double(group.mean[2]) - double(own.mean[2]);
@@ -724,7 +746,7 @@ class SpacedLevel {
   Choice choose_new(std::uint32_t stratum, std::uint32_t first, std::uint32_t count, float weight,
                     Visit& visit) const {
     draw_new(stratum, first, count, visit);
-    ask_about_sample(stratum, visit);
+    ask_about(sample_[stratum], visit);
     visit.number.assign(1, number_[stratum]);
     for (std::uint32_t k = 0; k < count; ++k) {
       if (!takes(stratum, point_at(visit.points[k]), visit.torn)) continue;
@@ -744,15 +766,15 @@ class SpacedLevel {
     return {visit.draws[k].number, point_at(visit.points[k])};
   }
 
-  void ask_about_sample(std::uint32_t stratum, Visit& visit) const {
+  static void ask_about(const Point& at, Visit& visit) {
     visit.places.resize(0);
-    visit.places.push_back(sample_[stratum].x, sample_[stratum].y, sample_[stratum].z);
+    visit.places.push_back(at.x, at.y, at.z);
   }
 
   // The sample of a stratum as the only place, and those around it, in its metric.
   void look_at_sample(std::uint32_t stratum, Visit& visit) const {
     near_.read(stratum, visit.near);
-    ask_about_sample(stratum, visit);
+    ask_about(sample_[stratum], visit);
     find_samples(stratum, visit);
     places_to_metric(stratum, visit);
   }
@@ -802,48 +824,97 @@ class SpacedLevel {
   // Adds the strata whose samples lie within so many least distances of theirs: of what is too near, these
   // may find a place where those do not; and others may make room.
   void add_partners(float within, std::vector<std::uint32_t>& strata) const {
-    Visit visit;
-    const std::size_t count = strata.size();
-    for (std::size_t i = 0; i < count; ++i) {
-      if (i % check_interval == 0) cancel_.check();
-      const std::uint32_t s = strata[i];
-      look_at_sample(s, visit);
-      const float least = within * min_distance(s);
-      for_each_near(s, least, visit, [&](std::size_t, std::size_t sample, float) {
-        if (!is_held(visit.near[sample])) strata.push_back(visit.near[sample]);
-      });
-    }
+    std::vector<std::vector<std::uint32_t>> partners((strata.size() + check_interval - 1) / check_interval);
+    parallel_tasks(partners.size(), [&](std::size_t task) {
+      cancel_.check();
+      Visit visit;
+      const std::size_t end = std::min((task + 1) * check_interval, strata.size());
+      for (std::size_t i = task * check_interval; i < end; ++i) {
+        look_at_sample(strata[i], visit);
+        for_each_near(strata[i], within * min_distance(strata[i]), visit,
+                      [&](std::size_t, std::size_t sample, float) {
+                        if (!is_held(visit.near[sample])) partners[task].push_back(visit.near[sample]);
+                      });
+      }
+    });
+    for (const std::vector<std::uint32_t>& of_task : partners)
+      strata.insert(strata.end(), of_task.begin(), of_task.end());
   }
 
-  // Moves samples that are too near to another one out of their strata, one after the other: to the nearest
-  // place around with room enough, or else to the one with the most room. Those in larger stacks stay.
+  // Moves samples that are too near to another one out of their strata, as if one after the other: to the
+  // nearest place around with room enough, or else to the one with the most room. Those in larger stacks
+  // stay. Of many strata a batch looks for places at once; those that see one leave before them look again.
   void leave_strata(const std::vector<std::uint32_t>& strata, float max_fullness) {
+    const std::size_t batch = std::clamp<std::size_t>(blocks_.count / strata_per_leaving, 1, max_batch);
+    std::vector<std::optional<Leaving>> found(batch);
+    std::vector<std::uint32_t> changed;  // whose sample has moved, and where it was and has come
     Visit visit;
-    for (std::size_t i = 0; i < strata.size(); ++i) {
-      if (i % check_interval == 0) cancel_.check();
-      const std::uint32_t s = strata[i];
-      if (fullness_[slot_of(s)] > max_fullness) continue;
-      near_.read(s, visit.near);
-      add_hosted(s, visit.near);
-      const std::size_t known = visit.near.size();
-      for (const bool anew : {false, true}) {
-        visit.near.resize(known);
-        offer_around(s, anew, visit);
-        find_samples(s, visit);
-        places_to_metric(s, visit);
-        find_room(s, visit);
-        const std::size_t best = roomiest(visit);
-        if (best > 0) leave(s, {visit.host[best], visit.number[best]});
-        if (visit.energy[best] >= 1) break;
+    for (std::size_t first = 0; first < strata.size(); first += batch) {
+      cancel_.check();
+      const auto members = std::span(strata).subspan(first, std::min(batch, strata.size() - first));
+      const auto look = [&](std::size_t i, Visit& of_task) {
+        found[i].reset();
+        if (fullness_[slot_of(members[i])] <= max_fullness) found[i] = find_place(members[i], of_task);
+      };
+      if (members.size() > 1)
+        parallel_tasks((members.size() + check_interval - 1) / check_interval, [&](std::size_t task) {
+          Visit of_task;
+          const std::size_t end = std::min((task + 1) * check_interval, members.size());
+          for (std::size_t i = task * check_interval; i < end; ++i) look(i, of_task);
+        });
+      changed.clear();
+      for (std::size_t i = 0; i < members.size(); ++i) {
+        if (members.size() == 1 || sees_any(members[i], changed, visit)) look(i, visit);
+        if (!found[i]) continue;
+        const std::uint32_t before = host_of(members[i]);
+        leave(members[i], *found[i]);
+        changed.insert(changed.end(), {members[i], before, found[i]->place.host});
       }
     }
   }
 
-  // Asks about the sample of a stratum and places around that: those that the strata have offered, or new
-  // ones. Farther away not all samples are known.
-  void offer_around(std::uint32_t stratum, bool anew, Visit& visit) const {
+  // Where the sample of a stratum goes that leaves it; nothing: it stays.
+  struct Leaving {
+    TakenPlace place;
+    Point at;
+  };
+  std::optional<Leaving> find_place(std::uint32_t stratum, Visit& visit) const {
+    std::optional<Leaving> result;
+    near_.read(stratum, visit.near);
+    add_hosted(stratum, visit.near);
+    Point at = sample_[stratum];
+    for (const bool anew : {false, true}) {
+      offer_around(stratum, at, anew, visit);
+      find_samples(stratum, visit);
+      places_to_metric(stratum, visit);
+      find_room(stratum, visit);
+      const std::size_t best = roomiest(visit);
+      if (best > 0) {
+        const TakenPlace place{visit.host[best], visit.number[best]};
+        const PointDraw draw = offer_.draw({level_, place.host, place.number});
+        StratumPoint point;
+        strata_.draw(std::span(&draw, 1), std::span(&point, 1));
+        at = point_at(point);
+        result = {place, at};
+      }
+      if (visit.energy[best] >= 1) break;
+    }
+    return result;
+  }
+  // Whether find_place looks at any of these.
+  bool sees_any(std::uint32_t stratum, const std::vector<std::uint32_t>& others, Visit& visit) const {
+    if (others.empty()) return false;
+    near_.read(stratum, visit.near);
+    return std::ranges::any_of(others, [&](std::uint32_t other) {
+      return other == stratum || std::ranges::binary_search(visit.near, other);
+    });
+  }
+
+  // Asks about a place of the sample of a stratum, and those around it: those that the strata have offered,
+  // or new ones. Farther away not all samples are known.
+  void offer_around(std::uint32_t stratum, const Point& sample, bool anew, Visit& visit) const {
     const float distance = in_space(stratum, std::min(leave_within, reach_[stratum] - 1) * spacing_[stratum]);
-    ask_about_sample(stratum, visit);
+    ask_about(sample, visit);
     visit.number.assign(1, number_[stratum]);
     visit.host.assign(1, stratum);
     if (distance <= 0) return;
@@ -882,18 +953,20 @@ class SpacedLevel {
     for (std::size_t i = 0; i < count; ++i) add(near[i]);
   }
 
-  void leave(std::uint32_t stratum, const TakenPlace& place) {
+  // The stratum where the sample of this one is.
+  std::uint32_t host_of(std::uint32_t stratum) const {
+    const auto at = taken_.find(stratum);
+    return at == taken_.end() ? stratum : at->second.host;
+  }
+  void leave(std::uint32_t stratum, const Leaving& leaving) {
     if (const auto before = taken_.find(stratum); before != taken_.end()) {
       auto at = hosted_.equal_range(before->second.host).first;
       while (at->second != stratum) ++at;
       hosted_.erase(at);
     }
-    hosted_.insert({place.host, stratum});
-    taken_[stratum] = place;
-    const PointDraw draw = offer_.draw({level_, place.host, place.number});
-    StratumPoint point;
-    strata_.draw(std::span(&draw, 1), std::span(&point, 1));
-    sample_[stratum] = point_at(point);
+    hosted_.insert({leaving.place.host, stratum});
+    taken_[stratum] = leaving.place;
+    sample_[stratum] = leaving.at;
   }
 
   // By place, into visit.energy: the distance to the nearest sample over what is too near, at most 1.
@@ -941,18 +1014,8 @@ class SpacedLevel {
   // choose, then all move.
   template <class Choose>
   void visit_groups(const std::vector<std::uint32_t>& strata, std::uint32_t turn, const Choose& choose) {
-    std::vector<std::uint8_t> group(strata.size());
     std::array<std::size_t, groups + 1> begin{};
-    for (std::size_t i = 0; i < strata.size(); ++i) {
-      const std::uint64_t index = Offer::index_of({level_, strata[i], 0});
-      group[i] = static_cast<std::uint8_t>(
-          random_words(offer_.key, Stream::stratum_start, index, first_turn + turn)[0] % groups);
-      ++begin[group[i] + 1u];
-    }
-    for (std::size_t g = 0; g < groups; ++g) begin[g + 1] += begin[g];
-    std::vector<std::uint32_t> order(strata.size());
-    std::array<std::size_t, groups + 1> next = begin;
-    for (std::size_t i = 0; i < strata.size(); ++i) order[next[group[i]]++] = strata[i];
+    const std::vector<std::uint32_t> order = grouped(strata, turn, begin);
     std::vector<Choice> choices;
     for (std::size_t g = 0; g < groups; ++g) {
       const std::span<const std::uint32_t> members =
@@ -972,6 +1035,23 @@ class SpacedLevel {
     }
   }
 
+  // Strata by their groups; begin: where each of these begins.
+  std::vector<std::uint32_t> grouped(const std::vector<std::uint32_t>& strata, std::uint32_t turn,
+                                     std::array<std::size_t, groups + 1>& begin) const {
+    std::vector<std::uint8_t> group(strata.size());
+    for (std::size_t i = 0; i < strata.size(); ++i) {
+      const std::uint64_t index = Offer::index_of({level_, strata[i], 0});
+      group[i] = static_cast<std::uint8_t>(
+          random_words(offer_.key, Stream::stratum_start, index, first_turn + turn)[0] % groups);
+      ++begin[group[i] + 1u];
+    }
+    for (std::size_t g = 0; g < groups; ++g) begin[g + 1] += begin[g];
+    std::vector<std::uint32_t> order(strata.size());
+    std::array<std::size_t, groups + 1> next = begin;
+    for (std::size_t i = 0; i < strata.size(); ++i) order[next[group[i]]++] = strata[i];
+    return order;
+  }
+
   // Counters of random numbers of a stratum: its start, the shift of Offer::in_leaf, and its group in each
   // turn.
   static constexpr std::uint32_t first_turn = 2;
@@ -989,12 +1069,12 @@ class SpacedLevel {
   bool equal_;                // all strata have as many leaves, or nearly
   std::vector<float> reach_;  // of the kernel around each, in its spacings
   StratumLists near_;
-  std::vector<PointGroup> moments_;
+  std::vector<StratumMoments> moments_;
   std::vector<std::uint32_t> slot_;  // by stratum: among those without a held sample; empty where all are
   PackedRows attraction_{0, 0};      // by slot: of all offered places
   std::vector<float> fullness_;      // by slot: attraction over that of a flat surface,
   std::vector<float> around_;        // and its mean over the strata around,
-  std::vector<float> apart_;         // distance that samples can keep, over that on a single sheet
+  std::vector<float> apart_;         // distance_among_sheets; empty where distance_on_sheets holds
   std::vector<Point> sample_;
   std::vector<std::uint32_t> number_;  // of the place of the sample, or held
   TakenPlaces taken_;
@@ -1011,11 +1091,7 @@ class SpacedSet {
         leaves_(offer_leaves(strata, offer_, cancel)),
         placed_(strata.count()) {}
 
-  void place_along_path() {
-    std::vector<std::uint32_t> all(strata_.count());
-    std::iota(all.begin(), all.end(), 0u);
-    place_level(offer_.levels.last, all, offer_.parameters.repair_below);
-  }
+  void place_along_path() { place_level(offer_.levels.last, {}, offer_.parameters.repair_below); }
 
   // The order is that of progressive_order, but that the halves that get new samples are those without one.
   void place_progressively() {
@@ -1058,7 +1134,7 @@ class SpacedSet {
   }
 
   // Places the samples of one level into its strata without one; `order`: these strata, in the order of the
-  // samples in the file.
+  // samples in the file; empty: all along the path.
   void place_level(int level, const std::vector<std::uint32_t>& order, double repair_below) {
     const LeafBlocks blocks = offer_.levels.blocks(level);
     const bool is_last = level == offer_.levels.last;
@@ -1075,9 +1151,10 @@ class SpacedSet {
       return samples.take_numbers();
     }();
     // The points themselves, not packed places: samples of later levels keep their distance from these.
-    samples_.rank_of_index.resize(before + order.size());
-    drawn_.resize(before + order.size());
-    parallel_blocks(order.size(), draw_block, [&](std::size_t begin, std::size_t end) {
+    const std::size_t count = order.empty() ? blocks.count : order.size();
+    samples_.rank_of_index.resize(before + count);
+    drawn_.resize(before + count);
+    parallel_blocks(count, draw_block, [&](std::size_t begin, std::size_t end) {
       cancel_.check();
       for (std::size_t i = begin; i < end; ++i) {
         const auto draw_place = [&](std::uint32_t stratum, std::uint32_t number) {
@@ -1085,8 +1162,9 @@ class SpacedSet {
           strata_.draw(std::span(&draw, 1), std::span(&drawn_[before + i], 1));
           return static_cast<std::uint32_t>(draw.at);
         };
-        const std::uint32_t leaf = draw_place(order[i], numbers[order[i]]);
-        if (const auto at = taken.find(order[i]); at != taken.end())
+        const std::uint32_t stratum = order.empty() ? static_cast<std::uint32_t>(i) : order[i];
+        const std::uint32_t leaf = draw_place(stratum, numbers[stratum]);
+        if (const auto at = taken.find(stratum); at != taken.end())
           draw_place(at->second.host, at->second.number);
         placed_[leaf] = 1;
         samples_.rank_of_index[before + i] = leaf;

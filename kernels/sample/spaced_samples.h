@@ -105,7 +105,7 @@ struct SpacedSamples {
 //
 // Pure in (strata, key, parameters), the same for every number of threads: the samples of a group are chosen
 // before any of them moves. Cost: about 10 us a sample (13 where progressive) on one core, several times as
-// much where sheets are stacked; 520 bytes a sample at the peak, with what is given and returned. Throws
+// much where sheets are stacked; 508 bytes a sample at the peak, with what is given and returned. Throws
 // std::invalid_argument for parameters that `validate` refuses.
 SpacedSamples space_samples(const Strata& strata, bool progressive, RandomKey key,
                             const SpacingParameters& parameters, const CancelToken& cancel = {});
