@@ -90,6 +90,21 @@ MEANDER_INLINE void add_kernel_all(const PointRows& places, const PointRows& poi
   }
 }
 
+MEANDER_INLINE void find_nearest_all(const PointRows& places, const PointRows& points, std::size_t count,
+                                     std::span<float> least) {
+  for (std::size_t first = 0; first < places.size(); first += lanes) {
+    Floats x, y, z, nearest;
+    load_places(places, first, x, y, z);
+    load(nearest, std::span<const float>(least), first);
+    for (std::size_t i = 0; i < count; ++i) {
+      const Floats dx = x - points.x[i], dy = y - points.y[i], dz = z - points.z[i];
+      const Floats squared = dx * dx + dy * dy + dz * dz;
+      nearest = squared < nearest ? squared : nearest;
+    }
+    store(nearest, least, first);
+  }
+}
+
 MEANDER_INLINE void add_group_kernel_all(const PointRows& places, std::span<const PointGroup> groups,
                                          float per_reach, std::span<float> sum) {
   const float reach = 1 / per_reach, square = per_reach * per_reach;
@@ -218,6 +233,11 @@ void add_kernel_plain(const PointRows& places, const PointRows& points, std::siz
     add_kernel_all<false>(places, points, begin, count, scale, sum);
 }
 MEANDER_TARGET("avx2")
+void find_nearest_avx2(const PointRows& places, const PointRows& points, std::size_t count,
+                       std::span<float> least) {
+  find_nearest_all(places, points, count, least);
+}
+MEANDER_TARGET("avx2")
 void add_group_kernel_avx2(const PointRows& places, std::span<const PointGroup> groups, float per_reach,
                            std::span<float> sum) {
   add_group_kernel_all(places, groups, per_reach, sum);
@@ -263,6 +283,14 @@ void add_kernel(const PointRows& places, const PointRows& points, std::size_t fi
     add_kernel_avx2(places, points, first, count, scale, sum);
   else
     add_kernel_plain(places, points, first, count, scale, sum);
+}
+
+void find_nearest(const PointRows& places, const PointRows& points, std::size_t count, std::span<float> least,
+                  InstructionSet set) {
+  if (takes_avx2(set))
+    find_nearest_avx2(places, points, count, least);
+  else
+    find_nearest_all(places, points, count, least);
 }
 
 void SurfaceRows::resize(std::size_t count) {

@@ -58,6 +58,11 @@ void add_kernel(const PointRows& places, const PointRows& points, std::size_t fi
                 const KernelScale& scale, std::span<float> sum,
                 InstructionSet set = InstructionSet::automatic);
 
+// least[k] = the squared distance between place k and the nearest of these points, where that is less. The
+// same cost.
+void find_nearest(const PointRows& places, const PointRows& points, std::size_t count, std::span<float> least,
+                  InstructionSet set = InstructionSet::automatic);
+
 // Points by their mass, mean and second central moments.
 struct PointGroup {
   float mass = 0;

@@ -31,6 +31,8 @@ struct SpacingParameters {
   // Rounds in which samples that are still too near, at most one in 64 each time, may leave their strata,
   // 0..8; unless there are none, as many as possible for the first 512 samples of a larger progressive set
   std::uint32_t leave_rounds = 2;
+  // Rounds in which samples beside the largest holes, at most one in 64, move into these, 0..4
+  std::uint32_t hole_rounds = 1;
 };
 
 // fast: two thirds of the time of standard; best: nearly twice the time, and the lowest error

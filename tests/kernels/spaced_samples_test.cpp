@@ -10,6 +10,7 @@
 #include <random>
 #include <set>
 
+#include "kernels/analyse/coverage.h"
 #include "kernels/analyse/spacing.h"
 #include "kernels/mesh/prepare_mesh.h"
 #include "kernels/partition/element_cells.h"
@@ -192,6 +193,28 @@ TEST_CASE("kernel sums: gaps between boxes match a slow loop, with the same bits
   }
   CHECK(near > 0);
   CHECK(near < 37);
+}
+
+TEST_CASE("kernel sums: nearest points match a slow loop, with the same bits for all instruction sets") {
+  for (const std::size_t places : {1u, 8u, 33u}) {
+    const auto place = random_points(places, 7), point = random_points(50, 8);
+    std::vector<float> found[2];
+    for (const InstructionSet set : {InstructionSet::scalar, InstructionSet::avx2}) {
+      std::vector<float>& least = found[set == InstructionSet::avx2];
+      least.assign(places, 0.2f);
+      find_nearest(rows_of(place), rows_of(point), 40, least, set);
+    }
+    CHECK(found[0] == found[1]);
+    for (std::size_t k = 0; k < places; ++k) {
+      double expected = 0.2;
+      for (std::size_t i = 0; i < 40; ++i) {
+        double squared = 0;
+        for (std::size_t c = 0; c < 3; ++c) squared += std::pow(double(place[k][c]) - double(point[i][c]), 2);
+        expected = std::min(expected, squared);
+      }
+      CHECK(double(found[0][k]) == Approx(expected).epsilon(1e-5));
+    }
+  }
 }
 
 TEST_CASE("packed rows: numbers are recovered to 1/65535 of the range of their row") {
@@ -422,6 +445,42 @@ TEST_CASE("space_samples: samples keep their distance") {
       const SpacedSamples best =
           space_samples(strata.in_cells(), false, test_key, spacing_parameters(SpacingKind::best));
       CHECK(rho_of(best, n, area) > 0.65);
+    }
+  }
+}
+
+TEST_CASE("space_samples: holes are filled, and samples keep their distance") {
+  for (const PolygonMesh& file : {torus(48, 24), icosphere(4), cube(), grid_plane(20, 20)}) {
+    const bool smooth = file.polygon_count() > 1000;
+    const std::uint32_t n = 4000;
+    const StrataOfMesh strata(file, n);
+    const PreparedMesh& mesh = strata.mesh;
+    INFO(file.polygon_count() << " faces");
+    for (const bool progressive : {false, true}) {
+      SpacingParameters parameters;
+      const SpacedSamples filled = space_samples(strata.in_cells(), progressive, test_key, parameters);
+      parameters.hole_rounds = 0;
+      const SpacedSamples before = space_samples(strata.in_cells(), progressive, test_key, parameters);
+      const auto hole_of = [&](const SpacedSamples& samples) {
+        std::vector<double> points;
+        for (const StratumPoint& p : samples.point) {
+          const auto corner = [&](std::size_t k) {
+            return mesh.position(mesh.triangles[3 * p.triangle + k]);
+          };
+          const Vector3 at =
+              (1 - p.first - p.second) * corner(0) + p.first * corner(1) + p.second * corner(2);
+          points.insert(points.end(), {at.x, at.y, at.z});
+        }
+        return coverage_of({mesh.x, mesh.y, mesh.z, mesh.triangles}, points, 1).hole;
+      };
+      std::size_t moved = 0;
+      for (std::size_t i = 0; i < n; ++i) moved += filled.point[i].at != before.point[i].at ? 1 : 0;
+      CHECK(moved > 0);
+      CHECK(moved < n / 50);
+      // At creases, borders, and between samples that were placed before, not all are found.
+      CHECK(hole_of(filled) < hole_of(before) + 0.001);
+      if (smooth && !progressive) CHECK(hole_of(filled) < 1.5);
+      CHECK(rho_of(filled, n, mesh.total_area) > (progressive ? 0.55 : 0.65));
     }
   }
 }
