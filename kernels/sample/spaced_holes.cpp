@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <queue>
 #include <tuple>
 
@@ -13,13 +14,15 @@ namespace meander::spaced {
 
 namespace {
 
-// Places farther than this from all samples, in spacings, are holes: 1.38 times those of the hexagonal
-// lattice. Of the samples within so many times that distance one is moved to within so much of it, and leaves
-// no place farther than so much.
-constexpr float max_hole = 1.38f * 0.6204f, hole_movers = 2, hole_filled = 0.95f, hole_left = 0.97f;
-// Holes are looked for around offered places that are at least so much of that distance away from all
-// samples: as centers between the nearest samples, so many, within so many spacings; a hole is no farther
-// than this from a place, in spacings.
+// Places farther than this from all samples, in spacings, are holes. In the hexagonal lattice none is farther
+// than its distance over sqrt(3).
+constexpr float max_hole = 1.38f * static_cast<float>(hexagonal_distance / std::numbers::sqrt3);
+// Of the samples within so many times the distance of a hole one moves to within so much of it, and leaves no
+// place farther than so much.
+constexpr float hole_movers = 2, hole_filled = 0.95f, hole_left = 0.97f;
+// Holes are looked for around places at least so far from all samples, in parts of that distance: at centers
+// of circles through three of the nearest samples, so many, within so many spacings. In larger ones than that
+// a place is no farther away than the last number.
 constexpr float probe_share = 0.8f, enlarging_way = 0.35f, beside_surface = 0.25f;
 constexpr std::size_t hole_samples = 5;
 // Of the ways to fill a hole so many are tried, those first that add the least energy.
