@@ -16,7 +16,7 @@ namespace {
 
 // Places farther than this from all samples, in spacings, are holes. In the hexagonal lattice none is farther
 // than its distance over sqrt(3).
-constexpr float max_hole = 1.38f * static_cast<float>(hexagonal_distance / std::numbers::sqrt3);
+constexpr float max_hole = 1.43f * static_cast<float>(hexagonal_distance / std::numbers::sqrt3);
 // Of the samples within so many times the distance of a hole one moves to within so much of it, and leaves no
 // place farther than so much.
 constexpr float hole_movers = 2, hole_filled = 0.95f, hole_left = 0.97f;
@@ -26,7 +26,7 @@ constexpr float hole_movers = 2, hole_filled = 0.95f, hole_left = 0.97f;
 constexpr float probe_share = 0.8f, enlarging_way = 0.35f, beside_surface = 0.25f;
 constexpr std::size_t hole_samples = 5;
 // Of the ways to fill a hole so many are tried, those first that add the least energy.
-constexpr std::size_t most_fillings = 24;
+constexpr std::size_t most_fillings = 12;
 
 }  // namespace
 
@@ -146,9 +146,9 @@ bool SpacedLevel::is_beside_surface(const Hole& hole, Visit& visit) const {
 
 // A sample that can fill a hole, by what that adds to the energy.
 struct SpacedLevel::Filling {
-  float energy;
-  std::uint32_t stratum;
-  Choice choice;
+  float energy = 0;
+  std::uint32_t stratum = 0;
+  Choice choice{};
 };
 
 SpacedLevel::Hole SpacedLevel::fill(const Hole& hole, Visit& visit) {
@@ -162,25 +162,30 @@ SpacedLevel::Hole SpacedLevel::fill(const Hole& hole, Visit& visit) {
   if (distance <= max_hole) return {};
   const float far = distance * spacing_[hole.stratum];
   std::vector<Filling> fillings;
-  for (const bool anew : {false, true})
+  Filling best;
+  Hole least{hole_left * distance, hole.stratum, {}};
+  bool any = false;
+  for (const bool anew : {false, true}) {
+    fillings.clear();
     for (const std::uint32_t s : beside)
       if (can_fill(s) && !taken_.contains(s) && is_near(sample_[s], hole.at, hole_movers * far))
         add_fillings(s, anew, hole.at, hole_filled * far, visit, fillings);
-  std::ranges::sort(fillings, {}, [](const Filling& filling) {
-    return std::tuple(filling.energy, filling.stratum, filling.choice.number);
-  });
-  if (fillings.size() > most_fillings) fillings.erase(fillings.begin() + most_fillings, fillings.end());
-  const Filling* best = nullptr;
-  Hole least{hole_left * distance, hole.stratum, {}};
-  for (const Filling& filling : fillings) {
-    const Hole opened = opened_by(filling, visit);
-    if (opened.distance >= least.distance) continue;
-    least = opened;
-    best = &filling;
-    if (opened.distance <= max_hole) break;
+    std::ranges::sort(fillings, {}, [](const Filling& filling) {
+      return std::tuple(filling.energy, filling.stratum, filling.choice.number);
+    });
+    fillings.resize(std::min(fillings.size(), most_fillings));
+    for (const Filling& filling : fillings) {
+      const Hole opened = opened_by(filling, visit);
+      if (opened.distance >= least.distance) continue;
+      least = opened;
+      best = filling;
+      any = true;
+      if (opened.distance <= max_hole) break;
+    }
+    if (any && least.distance <= max_hole) break;
   }
-  if (best == nullptr) return {};
-  move(best->stratum, best->choice);
+  if (!any) return {};
+  move(best.stratum, best.choice);
   return least;
 }
 
