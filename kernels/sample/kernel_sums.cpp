@@ -165,6 +165,27 @@ MEANDER_INLINE void load_all(Floats& vector, const std::vector<float>& row, std:
   std::memcpy(&vector, &row[first], sizeof vector);
 }
 
+MEANDER_INLINE void sum_ways_all(const PointRows& points, const std::array<float, 3>& at, float per_spacing,
+                                 std::array<float, 3>& way) {
+  Floats way_x = {}, way_y = {}, way_z = {};
+  for (std::size_t first = 0; first < points.size(); first += lanes) {
+    Floats x, y, z;
+    load_all(x, points.x, first);
+    load_all(y, points.y, first);
+    load_all(z, points.z, first);
+    x = per_spacing * (x - at[0]);
+    y = per_spacing * (y - at[1]);
+    z = per_spacing * (z - at[2]);
+    Floats t = 1 - 0.25f * (x * x + y * y + z * z);
+    t = t > 0 ? t : Floats{};
+    const Floats t2 = t * t, t7 = t2 * t2 * t2 * t;
+    way_x += t7 * x;
+    way_y += t7 * y;
+    way_z += t7 * z;
+  }
+  way = {sum_of(way_x), sum_of(way_y), sum_of(way_z)};
+}
+
 MEANDER_INLINE void sum_pull_all(const SurfaceRows& points, const std::array<float, 3>& at,
                                  const std::array<float, 3>& normal, float per_spacing, Pull& pull) {
   Floats way_x = {}, way_y = {}, way_z = {}, xx = {}, xy = {}, xz = {}, yy = {}, yz = {}, zz = {}, whole = {},
@@ -205,6 +226,11 @@ MEANDER_INLINE void sum_pull_all(const SurfaceRows& points, const std::array<flo
   pull.slope = {sum_of(xx) - c, sum_of(xy), sum_of(xz), sum_of(yy) - c, sum_of(yz), sum_of(zz) - c};
   pull.facing = sum_of(facing);
   pull.all = sum_of(all);
+}
+MEANDER_TARGET("avx2")
+void sum_ways_avx2(const PointRows& points, const std::array<float, 3>& at, float per_spacing,
+                   std::array<float, 3>& way) {
+  sum_ways_all(points, at, per_spacing, way);
 }
 MEANDER_TARGET("avx2")
 void sum_pull_avx2(const SurfaceRows& points, const std::array<float, 3>& at,
@@ -299,6 +325,16 @@ void SurfaceRows::resize(std::size_t count) {
     row->resize(padded);
     std::fill(row->begin() + static_cast<std::ptrdiff_t>(count), row->end(), 0.0f);
   }
+}
+
+std::array<float, 3> sum_ways(const PointRows& points, const std::array<float, 3>& at, float per_spacing,
+                              InstructionSet set) {
+  std::array<float, 3> way;
+  if (takes_avx2(set))
+    sum_ways_avx2(points, at, per_spacing, way);
+  else
+    sum_ways_all(points, at, per_spacing, way);
+  return way;
 }
 
 Pull sum_pull(const SurfaceRows& points, const std::array<float, 3>& at, const std::array<float, 3>& normal,

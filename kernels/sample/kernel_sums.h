@@ -93,6 +93,10 @@ struct Pull {
   float all = 0;                 // of mass k
   float facing = 0;              // of mass k (1 + cosine between the normals) / 2
 };
+// Pull::way of points of mass 1. points: rows as long as a multiple of 8, those that count for nothing at
+// `at`. O(points), 8 at a time.
+std::array<float, 3> sum_ways(const PointRows& points, const std::array<float, 3>& at, float per_spacing,
+                              InstructionSet set = InstructionSet::automatic);
 // O(points), 8 at a time.
 Pull sum_pull(const SurfaceRows& points, const std::array<float, 3>& at, const std::array<float, 3>& normal,
               float per_spacing, InstructionSet set = InstructionSet::automatic);

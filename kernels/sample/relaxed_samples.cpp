@@ -159,12 +159,12 @@ class Relaxation {
     find_room();
     find_neighbors(kernel_end + neighbor_margin);
     for (int pass = 0; pass < passes; ++pass)
-      move_all([&](std::size_t i, const Moving& at) { return pulled(i, at); });
+      move_all([&](std::size_t i, const Moving& at, PointRows& near) { return pulled(i, at, near); });
     find_spacings();
     find_neighbors(around_hole);
     std::vector<std::uint8_t> at_hole(count_);
     for (int pass = 0; pass < pushes; ++pass)
-      move_all([&](std::size_t i, const Moving& at) {
+      move_all([&](std::size_t i, const Moving& at, PointRows&) {
         const Float3 apart = pushed(i, at);
         if (apart != Float3{} || pass >= draws || (pass > 0 && at_hole[i] == 0)) return apart;
         const Float3 together = drawn(i, at);
@@ -291,20 +291,20 @@ class Relaxation {
     return {way[0] - up * normal_[i][0], way[1] - up * normal_[i][1], way[2] - up * normal_[i][2]};
   }
 
-  // The step of sample i by what pulls at it, in working units.
-  Float3 pulled(std::size_t i, const Moving& at) const {
+  // The step of sample i by what pulls at it, in working units. near: scratch.
+  Float3 pulled(std::size_t i, const Moving& at, PointRows& near) const {
     const Float3 p = at[i];
     const float per_spacing = 1 / spacing_[i];
-    Float3 force{};
-    for (std::size_t k = near_begin_[i]; k < near_begin_[i + 1]; ++k) {
-      const Float3 q = at[near_[k]];
-      const Float3 way = {per_spacing * (q[0] - p[0]), per_spacing * (q[1] - p[1]),
-                          per_spacing * (q[2] - p[2])};
-      const float t = 1 - 0.25f * dot(way, way);
-      if (t <= 0) continue;
-      const float t2 = t * t, t7 = t2 * t2 * t2 * t;
-      for (std::size_t c = 0; c < 3; ++c) force[c] -= t7 * way[c];
+    const std::size_t count = near_begin_[i + 1] - near_begin_[i];
+    near.resize((count + 7) / 8 * 8);
+    for (std::size_t k = 0; k < near.size(); ++k) {
+      const Float3& q = k < count ? at[near_[near_begin_[i] + k]] : p;
+      near.x[k] = q[0];
+      near.y[k] = q[1];
+      near.z[k] = q[2];
     }
+    Float3 force = sum_ways(near, p, per_spacing);
+    for (float& c : force) c = -c;
     const Pull& pull = pull_[i];
     const Float3 gone = {per_spacing * (p[0] - start_[i][0]), per_spacing * (p[1] - start_[i][1]),
                          per_spacing * (p[2] - start_[i][2])};
@@ -414,7 +414,7 @@ class Relaxation {
     return along_border(step, i);
   }
 
-  // Moves all samples by step(i, at).
+  // Moves all samples by step(i, at, scratch).
   template <class Step>
   void move_all(const Step& step) {
     std::vector<Float3> now = at_, normal = normal_;
@@ -422,9 +422,10 @@ class Relaxation {
       cancel_.check();
       const std::size_t begin = task * task_samples, end = std::min(count_, begin + task_samples);
       const Moving at{at_, now, begin, end};
+      PointRows scratch;
       for (std::size_t i = begin; i < end; ++i) {
         if (stays_[i] != 0) continue;
-        const Float3 way = step(i, at);
+        const Float3 way = step(i, at, scratch);
         if (way == Float3{}) continue;
         places_[i] = walk_on_surface(mesh_, places_[i], {way[0], way[1], way[2]});
         now[i] = place_of(i);

@@ -234,3 +234,26 @@ TEST_CASE("sum_pull: sums and slopes are those of the kernel, the same for every
     CHECK(other.all == pull.all);
   }
 }
+
+TEST_CASE("sum_ways: that of points of mass 1, the same for every instruction set") {
+  SurfaceRows rows;
+  rows.resize(24);
+  PointRows points;
+  const std::array<float, 3> at = {0.1f, -0.2f, 0.05f};
+  for (std::size_t i = 0; i < 24; ++i) {
+    const bool counts = i < 21;
+    const auto random = [&](std::uint32_t k) {
+      return static_cast<float>(3 * random_pair(make_random_key(4, {}), Stream::element_point, i, k).first -
+                                1.5);
+    };
+    rows.x[i] = counts ? random(0) : at[0];
+    rows.y[i] = counts ? random(1) : at[1];
+    rows.z[i] = counts ? random(2) : at[2];
+    rows.mass[i] = 1;
+    points.push_back(rows.x[i], rows.y[i], rows.z[i]);
+  }
+  const Pull pull = sum_pull(rows, at, {0, 0, 1}, 1.3f);
+  CHECK(pull.way != std::array<float, 3>{});
+  for (const InstructionSet set : {InstructionSet::scalar, InstructionSet::avx2})
+    if (is_available(set)) CHECK(sum_ways(points, at, 1.3f, set) == pull.way);
+}
