@@ -332,7 +332,7 @@ class SpacedLevel {
   // Moves samples beside the largest holes into these, one after the other, where that opens no hole as large
   // and brings no two samples too near to each other.
   void fill_holes();
-  // On a single sheet, and its sample in its stratum.
+  // Its sample may move, and lies on a single sheet.
   bool can_fill(std::uint32_t stratum) const {
     return !is_held(stratum) && fullness_[slot_of(stratum)] <= alone_to;
   }
