@@ -165,17 +165,24 @@ MEANDER_INLINE void load_all(Floats& vector, const std::vector<float>& row, std:
   std::memcpy(&vector, &row[first], sizeof vector);
 }
 
+// The ways from a place to points, in spacings.
+template <class Rows>
+MEANDER_INLINE void load_ways(const Rows& points, std::size_t first, const std::array<float, 3>& at,
+                              float per_spacing, Floats& x, Floats& y, Floats& z) {
+  load_all(x, points.x, first);
+  load_all(y, points.y, first);
+  load_all(z, points.z, first);
+  x = per_spacing * (x - at[0]);
+  y = per_spacing * (y - at[1]);
+  z = per_spacing * (z - at[2]);
+}
+
 MEANDER_INLINE void sum_ways_all(const PointRows& points, const std::array<float, 3>& at, float per_spacing,
                                  std::array<float, 3>& way) {
   Floats way_x = {}, way_y = {}, way_z = {};
   for (std::size_t first = 0; first < points.size(); first += lanes) {
     Floats x, y, z;
-    load_all(x, points.x, first);
-    load_all(y, points.y, first);
-    load_all(z, points.z, first);
-    x = per_spacing * (x - at[0]);
-    y = per_spacing * (y - at[1]);
-    z = per_spacing * (z - at[2]);
+    load_ways(points, first, at, per_spacing, x, y, z);
     Floats t = 1 - 0.25f * (x * x + y * y + z * z);
     t = t > 0 ? t : Floats{};
     const Floats t2 = t * t, t7 = t2 * t2 * t2 * t;
@@ -192,16 +199,11 @@ MEANDER_INLINE void sum_pull_all(const SurfaceRows& points, const std::array<flo
          facing = {}, all = {};
   for (std::size_t first = 0; first < points.size(); first += lanes) {
     Floats x, y, z, mass, nx, ny, nz;
-    load_all(x, points.x, first);
-    load_all(y, points.y, first);
-    load_all(z, points.z, first);
+    load_ways(points, first, at, per_spacing, x, y, z);
     load_all(mass, points.mass, first);
     load_all(nx, points.normal_x, first);
     load_all(ny, points.normal_y, first);
     load_all(nz, points.normal_z, first);
-    x = per_spacing * (x - at[0]);
-    y = per_spacing * (y - at[1]);
-    z = per_spacing * (z - at[2]);
     Floats t = 1 - 0.25f * (x * x + y * y + z * z);
     t = t > 0 ? t : Floats{};
     const Floats t2 = t * t, t6 = t2 * t2 * t2;

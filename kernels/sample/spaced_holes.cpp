@@ -17,16 +17,16 @@ namespace {
 // Places farther than this from all samples, in spacings, are holes. In the hexagonal lattice none is farther
 // than its distance over sqrt(3).
 constexpr float max_hole = 1.43f * static_cast<float>(hexagonal_distance / std::numbers::sqrt3);
-// Of the samples within so many times the distance of a hole one moves to within so much of it, and leaves no
-// place farther than so much.
+// One sample moves into a hole: from within the first number times its distance to within the second; and it
+// leaves no place farther from all samples than the third.
 constexpr float hole_movers = 2, hole_filled = 0.95f, hole_left = 0.97f;
 // Holes are looked for around places at least so far from all samples, in parts of that distance: at centers
 // of circles through three of the nearest samples, so many, within so many spacings. In larger ones than that
 // a place is no farther away than the last number.
 constexpr float probe_share = 0.8f, enlarging_way = 0.35f, beside_surface = 0.25f;
 constexpr std::size_t hole_samples = 5;
-// Of the ways to fill a hole so many are tried, those first that add the least energy.
-constexpr std::size_t most_fillings = 12;
+// Ways to fill a hole that are tried, the offered and the new ones: those that add the least energy.
+constexpr std::size_t max_fillings = 12;
 
 }  // namespace
 
@@ -162,9 +162,8 @@ SpacedLevel::Hole SpacedLevel::fill(const Hole& hole, Visit& visit) {
   if (distance <= max_hole) return {};
   const float far = distance * spacing_[hole.stratum];
   std::vector<Filling> fillings;
-  Filling best;
+  std::optional<Filling> best;
   Hole least{hole_left * distance, hole.stratum, {}};
-  bool any = false;
   for (const bool anew : {false, true}) {
     fillings.clear();
     for (const std::uint32_t s : beside)
@@ -173,19 +172,18 @@ SpacedLevel::Hole SpacedLevel::fill(const Hole& hole, Visit& visit) {
     std::ranges::sort(fillings, {}, [](const Filling& filling) {
       return std::tuple(filling.energy, filling.stratum, filling.choice.number);
     });
-    fillings.resize(std::min(fillings.size(), most_fillings));
+    fillings.resize(std::min(fillings.size(), max_fillings));
     for (const Filling& filling : fillings) {
       const Hole opened = opened_by(filling, visit);
       if (opened.distance >= least.distance) continue;
       least = opened;
       best = filling;
-      any = true;
       if (opened.distance <= max_hole) break;
     }
-    if (any && least.distance <= max_hole) break;
+    if (best && least.distance <= max_hole) break;
   }
-  if (!any) return {};
-  move(best.stratum, best.choice);
+  if (!best) return {};
+  move(best->stratum, best->choice);
   return least;
 }
 

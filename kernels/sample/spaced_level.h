@@ -33,7 +33,7 @@ inline constexpr float short_weight = 2, repair_weight = 10;
 // How much of its own stratum's attraction a place loses for what is missing of the surface around it
 // (measured: docs/METHODS.md 7.5).
 inline constexpr float border_balance = 1.5f;
-// What is missing is missing beside a plane, and so much of what more surface there is around.
+// Surface is missing beside a plane, and beside so much of what more of it there is around.
 inline constexpr float sheet_balance = 0.8f;
 // The share of their weight that repairs keep in stacks of sheets, from the second fullness on, and all of it
 // to the first: what drives samples apart drives them to the rims of thin plates.
@@ -42,9 +42,9 @@ inline constexpr float stacked_repair = 0.075f, alone_to = 1.25f, stacked_from =
 inline constexpr float torn_extent = 2.2f;
 // How far from their strata's first places samples are put: in spacings, and in extents of the stratum.
 inline constexpr float torn_margin = 0.55f, box_margin = 0.125f;
-// Of the samples that are too near in the end, no more than one in so many leaves its stratum in a round: for
-// a place of another one within so many spacings, one that is offered or one of so many new ones. The spacing
-// there differs by at most this factor. In stacks of more sheets than this samples stay.
+// One sample in so many, of those that are too near in the end, leaves its stratum in a round: for a place of
+// another one within so many spacings, one that is offered or one of so many new ones. The spacing there
+// differs by at most this factor. In stacks of more sheets than this samples stay.
 inline constexpr std::uint32_t few_leave = 64, leave_places = 24;
 inline constexpr float leave_within = 2, leave_factor = 1.25f, max_leave_fullness = 3;
 // The first levels of a progressive set, up to so many samples, have as many rounds of it as there may be:
@@ -54,11 +54,11 @@ inline constexpr std::uint32_t early_samples = 512;
 inline constexpr std::uint32_t groups = 16;
 // Strata that one visits between two looks at the cancel token, where they take long.
 inline constexpr std::size_t check_interval = 16;
-// What SpacingParameters may ask for.
+// Limits of SpacingParameters.
 inline constexpr std::uint32_t max_sweeps = 64, max_refinements = 16, max_repairs = 64, max_leave_rounds = 8,
                                max_hole_rounds = 4;
 
-// Of the places of a stratum, as in PointGroup.
+// Moments of the places of a stratum, as in PointGroup.
 struct StratumMoments {
   std::array<float, 3> mean{};
   std::array<float, 6> central{};
@@ -87,7 +87,7 @@ class SpacedLevel {
   void space_out();
   // By stratum: which of its places the sample has taken, or had when it left.
   std::vector<std::uint32_t> take_numbers() { return std::move(number_); }
-  // Of the samples that have left their strata.
+  // Places of the samples that have left their strata.
   TakenPlaces take_places() { return std::move(taken_); }
 
  private:
@@ -318,6 +318,10 @@ class SpacedLevel {
   bool may_host(std::uint32_t host, std::uint32_t stratum) const;
   // Adds the strata, which may be farther away, whose samples have come into this one or one of `near`.
   void add_hosted(std::uint32_t stratum, std::vector<std::uint32_t>& near) const;
+  void read_near(std::uint32_t stratum, std::vector<std::uint32_t>& near) const {
+    near_.read(stratum, near);
+    add_hosted(stratum, near);
+  }
   // The stratum where the sample of this one is.
   std::uint32_t host_of(std::uint32_t stratum) const;
   void leave(std::uint32_t stratum, const Leaving& leaving);
@@ -335,10 +339,6 @@ class SpacedLevel {
   // Its sample may move, and lies on a single sheet.
   bool can_fill(std::uint32_t stratum) const {
     return !is_held(stratum) && fullness_[slot_of(stratum)] <= alone_to;
-  }
-  void read_near(std::uint32_t stratum, std::vector<std::uint32_t>& near) const {
-    near_.read(stratum, near);
-    add_hosted(stratum, near);
   }
   // The places which may be in holes, of a stratum and of those beside it along the path whose samples were
   // placed before, and which do not know what is around them.

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 #include "kernels/core/parallel.h"
 
@@ -111,8 +112,7 @@ void SpacedLevel::leave_strata(const std::vector<std::uint32_t>& strata, float m
 
 std::optional<SpacedLevel::Leaving> SpacedLevel::find_place(std::uint32_t stratum, Visit& visit) const {
   std::optional<Leaving> result;
-  near_.read(stratum, visit.near);
-  add_hosted(stratum, visit.near);
+  read_near(stratum, visit.near);
   Point at = sample_[stratum];
   for (const bool anew : {false, true}) {
     offer_around(stratum, at, anew, visit);

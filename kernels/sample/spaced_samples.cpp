@@ -73,7 +73,7 @@ class SpacedSet {
   }
 
   // Places the samples of one level into its strata without one; `order`: these strata, in the order of the
-  // samples in the file; empty: all along the path.
+  // samples in the file; empty, as on no level of a progressive set: all along the path.
   void place_level(int level, const std::vector<std::uint32_t>& order, double repair_below) {
     const LeafBlocks blocks = offer_.levels.blocks(level);
     const bool is_last = level == offer_.levels.last;
