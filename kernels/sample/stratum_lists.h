@@ -8,9 +8,9 @@
 
 namespace meander {
 
-// For every stratum a set of others. Neighbors along the path are most of them, so that they are kept as
-// ascending differences, one byte below 128. Lists are written by blocks of strata, each by one thread, and
-// read by any.
+// For every stratum a set of others. Neighbors along the path are most of them, so that they are kept as runs
+// of successive ones: for each run, the way to it from the one before and its length, most of them in one
+// byte together. Lists are written by blocks of strata, each by one thread, and read by any.
 class StratumLists {
  public:
   StratumLists(std::size_t strata, std::size_t block)
@@ -23,19 +23,16 @@ class StratumLists {
     begin_[stratum] = static_cast<std::uint32_t>(bytes.size());
     std::sort(others.begin(), others.end());
     put(others.size(), bytes);
-    std::uint32_t before = 0;
-    bool first = true;
-    for (const std::uint32_t other : others) {
-      if (first) {
-        // From the stratum to the first one: the sign in the lowest bit.
-        const bool back = other < stratum;
-        const std::uint64_t far = back ? stratum - other : other - stratum;
-        put(far << 1 | (back ? 1u : 0u), bytes);
-        first = false;
-      } else {
-        put(other - before, bytes);
-      }
-      before = other;
+    std::uint64_t at = stratum;
+    for (std::size_t i = 0, end; i < others.size(); i = end) {
+      end = i + 1;
+      while (end < others.size() && end - i < longest_run && others[end] == others[i] + (end - i)) ++end;
+      // The first run is on either side of the stratum: the sign in the lowest bit.
+      const std::uint64_t way = i > 0            ? others[i] - at
+                                : others[i] < at ? (at - others[i]) << 1 | 1
+                                                 : (others[i] - at) << 1;
+      put(way * longest_run + (end - i - 1), bytes);
+      at = others[end - 1] + std::uint64_t{1};
     }
   }
   // After the last stratum of a block.
@@ -45,19 +42,20 @@ class StratumLists {
   void read(std::size_t stratum, std::vector<std::uint32_t>& others) const {
     const std::uint8_t* at = bytes_[stratum / block_].data() + begin_[stratum];
     others.resize(take(at));
-    std::uint32_t before = 0;
-    for (std::size_t i = 0; i < others.size(); ++i) {
-      const std::uint64_t difference = take(at);
+    std::uint64_t next = stratum;
+    for (std::size_t i = 0; i < others.size();) {
+      const std::uint64_t run = take(at), way = run / longest_run;
       if (i > 0)
-        before += static_cast<std::uint32_t>(difference);
+        next += way;
       else
-        before = static_cast<std::uint32_t>((difference & 1) != 0 ? stratum - (difference >> 1)
-                                                                  : stratum + (difference >> 1));
-      others[i] = before;
+        next = (way & 1) != 0 ? stratum - (way >> 1) : stratum + (way >> 1);
+      for (std::uint64_t left = run % longest_run + 1; left > 0; --left)
+        others[i++] = static_cast<std::uint32_t>(next++);
     }
   }
 
  private:
+  static constexpr std::uint64_t longest_run = 8;
   static void put(std::uint64_t value, std::vector<std::uint8_t>& bytes) {
     for (; value >= 128; value >>= 7) bytes.push_back(static_cast<std::uint8_t>(value | 128));
     bytes.push_back(static_cast<std::uint8_t>(value));
