@@ -20,6 +20,8 @@ namespace meander::spaced {
 
 // Samples farther apart than this do not know of each other, in spacings: sqrt(area of a stratum).
 inline constexpr double kernel_reach = 3;
+// Cells in which neighbors are looked for are at least so large, in mean reaches.
+inline constexpr double min_cell = 1.0 / 1024;
 // Strata that one task draws.
 inline constexpr std::size_t draw_block = 256;
 // How much of its stratum the places near one lie in, in shares.
@@ -54,6 +56,8 @@ struct PlaceName {
 // and beside the share of another place, whose number is known.
 inline constexpr std::uint32_t near_place = 0x80000000u;
 inline constexpr std::uint32_t near_numbers = 0x10000u;  // of places near one share
+// Counter of random numbers of a stratum: of the shift of its net.
+inline constexpr std::uint32_t net_shift = 0x10000u;
 
 // What every choice of places follows from.
 struct Offer {
@@ -84,6 +88,7 @@ struct Offer {
     draw.index = index_of(name);
     draw.number = name.number;
     draw.words = words_of(name);
+    if (name.number < parameters.candidates) spread(name, draw.words);
     const LeafBlocks blocks = levels.blocks(static_cast<int>(name.level));
     const std::uint32_t begin = blocks.begin(name.stratum), size = blocks.size(name.stratum);
     const double random = draw.words[0] * 0x1p-32;
@@ -116,6 +121,24 @@ struct Offer {
  private:
   PhiloxBlock words_of(const PlaceName& name) const {
     return random_words(key, Stream::stratum_point, index_of(name), name.number);
+  }
+  // The first places of a stratum lie within their element by a (0, m, 2)-net, shifted at random, and at
+  // random in its parts: their sums are the surface's integral, and with as many independent places would
+  // miss it by more.
+  void spread(const PlaceName& name, PhiloxBlock& words) const {
+    const PhiloxBlock shift = random_words(key, Stream::stratum_start, index_of(name), net_shift);
+    const auto net = std::uint32_t{0xFFFFFFFFu} << (32 - std::bit_width(parameters.candidates - 1));
+    std::uint32_t first = shift[0], second = shift[1], in_first = 1u << 31, in_second = 1u << 31;
+    for (std::uint32_t k = name.number; k != 0; k >>= 1) {
+      if ((k & 1) != 0) {
+        first ^= in_first;
+        second ^= in_second;
+      }
+      in_first >>= 1;
+      in_second ^= in_second >> 1;
+    }
+    words[1] = (first & net) | (words[1] & ~net);
+    words[2] = (second & net) | (words[2] & ~net);
   }
 };
 

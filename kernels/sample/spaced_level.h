@@ -176,6 +176,8 @@ class SpacedLevel {
   // What the surface attracts visit.places with, into visit.energy, and the share of their own stratum, into
   // visit.own; the places are put in its metric.
   void attract(std::uint32_t stratum, Visit& visit) const;
+  // The attraction of a plane.
+  float flat_attraction(std::uint32_t stratum) const;
   // The attraction of all offered places of strata, with what borders take away.
   void find_attraction(const std::vector<std::uint32_t>& strata);
   // visit_stratum(i, strata[i], visit) for all, with what is near it in visit.near.

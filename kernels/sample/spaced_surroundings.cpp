@@ -16,11 +16,12 @@ namespace {
 constexpr int distance_steps = 5;
 // Strata farther away than this, in spacings, attract by their moments.
 constexpr float near_gap = 0.25f;
+// Where the surface attracts with less than this part of a sample's kernel, as along a needle, samples are
+// out of each other's reach, and no place is better than another one.
+constexpr float min_attraction = 0.25f;
 // Twice the trace of the second moments of groups of points is at least so large, so that its root has an
 // inverse.
 constexpr float min_trace = 1e-36f;
-// Cells are at least so large, in mean reaches.
-constexpr double min_cell = 1.0 / 1024;
 // Strata that are looked at around one: about 50 on a smooth surface, more where sheets are stacked. Where
 // there are more, the stratum looks less far, by this factor each time.
 constexpr std::size_t max_neighbors = 384;
@@ -279,6 +280,10 @@ void SpacedLevel::attract(std::uint32_t stratum, Visit& visit) const {
   add_group_kernel(visit.places, visit.groups, scale.per_reach, visit.energy);
 }
 
+float SpacedLevel::flat_attraction(std::uint32_t stratum) const {
+  return static_cast<float>(std::numbers::pi / 6) * reach_[stratum] * reach_[stratum];
+}
+
 void SpacedLevel::find_attraction(const std::vector<std::uint32_t>& strata) {
   const std::size_t places = offered_.places();
   if (strata.size() < blocks_.count) {
@@ -293,11 +298,11 @@ void SpacedLevel::find_attraction(const std::vector<std::uint32_t>& strata) {
     attract(s, visit);
     float mean = 0;
     for (const float energy : visit.energy) mean += energy / static_cast<float>(places);
-    const float flat = static_cast<float>(std::numbers::pi / 6) * reach_[s] * reach_[s];
-    fullness_[i] = mean / flat;
+    fullness_[i] = mean / flat_attraction(s);
     around_[i] = 1;
     const float share = own_share(s);
-    for (std::size_t k = 0; k < places; ++k) visit.energy[k] -= share * visit.own[k];
+    for (std::size_t k = 0; k < places; ++k)
+      visit.energy[k] = mean < min_attraction ? 0 : visit.energy[k] - share * visit.own[k];
     attraction_.write(i, visit.energy);
   });
   // Beside samples of earlier levels there is no room for more than between sheets that coincide: too many
@@ -310,7 +315,7 @@ void SpacedLevel::find_attraction(const std::vector<std::uint32_t>& strata) {
     const float before = own_share(s);
     around_[i] = mean_fullness(visit.near);
     const float more = own_share(s) - before;
-    if (more == 0) return;
+    if (more == 0 || fullness_[i] * flat_attraction(s) < min_attraction) return;
     load_places(s, visit);
     visit.near.clear();
     attract(s, visit);

@@ -397,15 +397,18 @@ TEST_CASE("space_samples: along a curve, samples lie in the intervals of their s
 
 TEST_CASE("space_samples: few leave their intervals, and then keep their distance") {
   std::ptrdiff_t all = 0;
-  for (const std::uint32_t n : {130u, 260u, 500u}) {
-    const StrataOfMesh strata(icosphere(2), n);
+  SpacingParameters leaving;
+  leaving.hole_rounds = 0;  // for which samples leave as well
+  const auto bent = [](std::uint32_t n) { return n < 200 ? torus(24, 12) : icosphere(n < 500 ? 2 : 3); };
+  for (const std::uint32_t n : {130u, 260u, 1000u, 1500u}) {
+    const StrataOfMesh strata(bent(n), n);
     const double wanted = hexagonal_distance * SpacingParameters{}.progressive_repair_below *
                           std::sqrt(strata.along_curve(n).measure() / n);
     const auto least = [&](const SpacedSamples& samples) {
       const std::vector<double> nearest = nearest_distances(points_of(samples, n));
       return *std::min_element(nearest.begin(), nearest.end()) / wanted;
     };
-    const SpacedSamples left = space_samples(strata.along_curve(n), true, test_key, {});
+    const SpacedSamples left = space_samples(strata.along_curve(n), true, test_key, leaving);
     const std::vector<bool> stay = stay_in_intervals(strata, left);
     const std::ptrdiff_t gone = std::count(stay.begin(), stay.end(), false);
     INFO(n << " samples, " << gone << " left their intervals");
