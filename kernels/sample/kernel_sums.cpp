@@ -229,6 +229,47 @@ MEANDER_INLINE void sum_pull_all(const SurfaceRows& points, const std::array<flo
   pull.facing = sum_of(facing);
   pull.all = sum_of(all);
 }
+
+// How much of a kernel has not ended at a distance.
+MEANDER_INLINE void find_left(const Floats& d, float reach, float per_ramp, Floats& share) {
+  share = 0.5f + per_ramp * (reach - d);
+  share = share < 1 ? share : Floats{} + 1;
+  share = share > 0 ? share : Floats{};
+}
+
+MEANDER_INLINE void sum_dipoles_all(const DipoleRows& dipoles, const std::array<float, 3>& at,
+                                    const FarScale& scale, std::array<float, 3>& slope) {
+  const float per_near = 1 / scale.near, per_far = 1 / scale.far, per_ramp = 0.5f / scale.ramp;
+  Floats slope_x = {}, slope_y = {}, slope_z = {};
+  for (std::size_t first = 0; first < dipoles.x.size(); first += lanes) {
+    Floats x, y, z, way_x, way_y, way_z;
+    load_ways(dipoles, first, at, scale.per_spacing, x, y, z);
+    load_all(way_x, dipoles.way_x, first);
+    load_all(way_y, dipoles.way_y, first);
+    load_all(way_z, dipoles.way_z, first);
+    const Floats squared = x * x + y * y + z * z;
+    Floats d = squared;
+    take_roots(d);
+    Floats outer, inner;
+    find_left(d, scale.far, per_ramp, outer);
+    find_left(d, scale.near, per_ramp, inner);
+    // The Hessian is -2 / near times across (1 - r r^T) + all, where r is the unit vector.
+    const Floats all = inner * per_near - outer * per_far;
+    const Floats across = d > 0 ? (outer - inner) / d : Floats{};
+    const Floats along = squared > 0 ? across / squared * (x * way_x + y * way_y + z * way_z) : Floats{};
+    const Floats both = all + across;
+    slope_x += both * way_x - along * x;
+    slope_y += both * way_y - along * y;
+    slope_z += both * way_z - along * z;
+  }
+  const float factor = 2 * per_near * scale.per_spacing;
+  slope = {factor * sum_of(slope_x), factor * sum_of(slope_y), factor * sum_of(slope_z)};
+}
+MEANDER_TARGET("avx2")
+void sum_dipoles_avx2(const DipoleRows& dipoles, const std::array<float, 3>& at, const FarScale& scale,
+                      std::array<float, 3>& slope) {
+  sum_dipoles_all(dipoles, at, scale, slope);
+}
 MEANDER_TARGET("avx2")
 void sum_ways_avx2(const PointRows& points, const std::array<float, 3>& at, float per_spacing,
                    std::array<float, 3>& way) {
@@ -327,6 +368,24 @@ void SurfaceRows::resize(std::size_t count) {
     row->resize(padded);
     std::fill(row->begin() + static_cast<std::ptrdiff_t>(count), row->end(), 0.0f);
   }
+}
+
+void DipoleRows::resize(std::size_t count) {
+  const std::size_t padded = (count + lanes - 1) / lanes * lanes;
+  for (std::vector<float>* const row : {&x, &y, &z, &way_x, &way_y, &way_z}) {
+    row->resize(padded);
+    std::fill(row->begin() + static_cast<std::ptrdiff_t>(count), row->end(), 0.0f);
+  }
+}
+
+std::array<float, 3> sum_dipoles(const DipoleRows& dipoles, const std::array<float, 3>& at,
+                                 const FarScale& scale, InstructionSet set) {
+  std::array<float, 3> slope;
+  if (takes_avx2(set))
+    sum_dipoles_avx2(dipoles, at, scale, slope);
+  else
+    sum_dipoles_all(dipoles, at, scale, slope);
+  return slope;
 }
 
 std::array<float, 3> sum_ways(const PointRows& points, const std::array<float, 3>& at, float per_spacing,

@@ -77,6 +77,35 @@ struct PointGroup {
 void add_group_kernel(const PointRows& places, std::span<const PointGroup> groups, float per_reach,
                       std::span<float> sum, InstructionSet set = InstructionSet::automatic);
 
+// Dipoles: pairs of points of opposite mass 1, by where they are and the way from the negative one to the
+// other.
+struct DipoleRows {
+  std::vector<float> x, y, z, way_x, way_y, way_z;  // as long as a multiple of 8
+  // Those behind the first `count` are 0.
+  void resize(std::size_t count);
+  void set(std::size_t i, const std::array<float, 3>& at, const std::array<float, 3>& way) {
+    x[i] = at[0];
+    y[i] = at[1];
+    z[i] = at[2];
+    way_x[i] = way[0];
+    way_y[i] = way[1];
+    way_z[i] = way[2];
+  }
+};
+
+// The kernel f with the slope of Askey's of reach `near` at 0, but of reach `far`, minus that one: smooth
+// at 0, and bend x d^2 up to a constant where d < near. Both end within `ramp` about their reaches, for what
+// stands for more than a point. Distances are in spacings.
+struct FarScale {
+  float per_spacing = 1;                 // 1 / spacing, > 0
+  float near = 1, far = 2, ramp = 0.5f;  // 0 < ramp <= near <= far
+  // Within `near` f falls by this times the square of the distance.
+  float bend() const { return (1 / near - 1 / far) / near; }
+};
+// The slope of f over dipoles at `at`, per spacing. O(dipoles), 8 at a time.
+std::array<float, 3> sum_dipoles(const DipoleRows& dipoles, const std::array<float, 3>& at,
+                                 const FarScale& scale, InstructionSet set = InstructionSet::automatic);
+
 // Points of a surface with their masses and normals; rows end in anything of mass 0 up to a multiple of 8.
 struct SurfaceRows {
   std::vector<float> x, y, z, mass, normal_x, normal_y, normal_z;

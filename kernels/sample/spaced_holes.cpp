@@ -16,7 +16,7 @@ namespace {
 
 // Places farther than this from all samples, in spacings, are holes. In the hexagonal lattice none is farther
 // than its distance over sqrt(3).
-constexpr float max_hole = 1.43f * static_cast<float>(hexagonal_distance / std::numbers::sqrt3);
+constexpr float max_hole = 1.42f * static_cast<float>(hexagonal_distance / std::numbers::sqrt3);
 // One sample moves into a hole: from within the first number times its distance to within the second; and it
 // leaves no place farther from all samples than the third.
 constexpr float hole_movers = 2, hole_filled = 0.95f, hole_left = 0.97f;

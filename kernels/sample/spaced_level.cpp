@@ -58,8 +58,11 @@ void SpacedLevel::space_out() {
   find_neighbors();
   find_moments();
   find_attraction(free);
-  for (std::uint32_t sweep = 0; sweep < parameters_.sweeps; ++sweep)
+  for (std::uint32_t sweep = 0; sweep < parameters_.sweeps; ++sweep) {
+    // Random places, as those before the first sweep, have nothing to say from afar.
+    if (sweep == 1) find_far_field();
     visit_groups(free, sweep, [&](std::uint32_t s, Visit& visit) { return choose(s, visit); });
+  }
   for (std::uint32_t pass = 0; pass < parameters_.refinements; ++pass)
     visit_groups(free, max_sweeps + pass, [&](std::uint32_t s, Visit& visit) {
       const std::uint32_t share = offer_.share_of(number_[s]), count = refined_places;
@@ -117,6 +120,26 @@ void SpacedLevel::repel(std::uint32_t stratum, float weight, Visit& visit) const
   });
 }
 
+void SpacedLevel::find_far_field() {
+  if (!metric_.empty()) return;
+  const auto takes_part = [&](std::uint32_t s) {
+    return !is_torn(s) && reach_[s] == static_cast<float>(kernel_reach);
+  };
+  far_ = FarField(moments_, spacing_, takes_part, cancel_);
+  for (std::uint32_t s = 0; s < blocks_.count; ++s) {
+    const std::array<float, 3>& mean = moments_[s].mean;
+    far_.move(s, {mean[0], mean[1], mean[2]}, sample_[s]);
+  }
+}
+
+void SpacedLevel::repel_from_afar(std::uint32_t stratum, Visit& visit) const {
+  if (!far_.reaches(stratum)) return;
+  const std::array<float, 3>& mean = moments_[stratum].mean;
+  const Point& at = sample_[stratum];
+  far_.add(stratum, moments_[stratum], spacing_[stratum], {at.x - mean[0], at.y - mean[1], at.z - mean[2]},
+           1 - own_share(stratum), visit.places, visit.far, visit.energy);
+}
+
 float SpacedLevel::length_in_metric(std::uint32_t stratum, const Point& v) const {
   float squared = 0;
   for (const auto& row : metric_[stratum].rows) {
@@ -136,6 +159,7 @@ SpacedLevel::Choice SpacedLevel::choose(std::uint32_t stratum, Visit& visit) con
   attraction_.read(slot_of(stratum), visit.energy);
   for (float& energy : visit.energy) energy = -energy;
   repel(stratum, sweep_weight(stratum), visit);
+  repel_from_afar(stratum, visit);
   std::uint32_t best = number_[stratum];
   for (std::uint32_t k = 0; k < places; ++k)
     if (visit.energy[k] < visit.energy[best]) best = k;
@@ -168,6 +192,7 @@ SpacedLevel::Choice SpacedLevel::choose_new(std::uint32_t stratum, std::uint32_t
   for (std::size_t k = 0; k < visit.number.size(); ++k)
     visit.energy[k] = share * visit.own[k] - visit.energy[k];
   repel(stratum, weight, visit);
+  repel_from_afar(stratum, visit);
   const auto best = static_cast<std::size_t>(std::min_element(visit.energy.begin(), visit.energy.end()) -
                                              visit.energy.begin());
   if (best == 0) return {number_[stratum], sample_[stratum]};

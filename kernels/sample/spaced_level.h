@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "kernels/core/cancel.h"
+#include "kernels/sample/far_field.h"
 #include "kernels/sample/kernel_sums.h"
 #include "kernels/sample/offered_places.h"
 #include "kernels/sample/packed_rows.h"
@@ -57,13 +58,6 @@ inline constexpr std::size_t check_interval = 16;
 // Limits of SpacingParameters.
 inline constexpr std::uint32_t max_sweeps = 64, max_refinements = 16, max_repairs = 64, max_leave_rounds = 8,
                                max_hole_rounds = 4;
-
-// Moments of the places of a stratum, as in PointGroup.
-struct StratumMoments {
-  std::array<float, 3> mean{};
-  std::array<float, 6> central{};
-  float per_extent = 0;
-};
 
 // The place that a sample which left its stratum has taken: `number` of stratum `host`.
 struct TakenPlace {
@@ -115,6 +109,7 @@ class SpacedLevel {
     std::vector<StratumPoint> points;
     std::vector<std::uint32_t> number;  // and of `places`,
     std::vector<std::uint32_t> host;    // and their strata, where these differ
+    FarField::Visit far;
   };
 
   // The farthest that anything within the reach of a stratum, or within `distance` in its metric, is in
@@ -258,6 +253,10 @@ class SpacedLevel {
         if (distance < within) visit_pair(k, i, distance);
       }
   }
+  // Samples that are too far away to repel any place by itself move it together.
+  void find_far_field();
+  // Adds what they repel the places with, and what their strata attract them with.
+  void repel_from_afar(std::uint32_t stratum, Visit& visit) const;
   float length_in_metric(std::uint32_t stratum, const Point& v) const;
   // The place of its stratum where the sample has the least energy; among places that are equally good, it
   // stays.
@@ -274,6 +273,7 @@ class SpacedLevel {
   // The sample of a stratum as the only place, and those around it, in its metric.
   void look_at_sample(std::uint32_t stratum, Visit& visit) const;
   void move(std::uint32_t stratum, const Choice& choice) {
+    far_.move(stratum, sample_[stratum], choice.at);
     number_[stratum] = choice.number;
     sample_[stratum] = choice.at;
   }
@@ -391,6 +391,7 @@ class SpacedLevel {
   std::vector<float> fullness_;      // by slot: attraction over that of a flat surface,
   std::vector<float> around_;        // and its mean over the strata around,
   std::vector<float> apart_;         // distance_among_sheets; empty where distance_on_sheets holds
+  FarField far_;
   std::vector<Point> sample_;
   std::vector<std::uint32_t> number_;  // of the place of the sample, or held
   TakenPlaces taken_;

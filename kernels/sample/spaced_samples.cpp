@@ -148,9 +148,9 @@ class SpacedSet {
 SpacingParameters spacing_parameters(SpacingKind kind) {
   switch (kind) {
     case SpacingKind::fast:
-      return {8, 3, 0, 16, 16, 0.6, 0.54, 0.2, 2, 0};
+      return {8, 2, 0, 16, 16, 0.6, 0.54, 0.2, 2, 0};
     case SpacingKind::best:
-      return {24, 3, 1, 16, 32, 0.72, 0.62, 0.2};
+      return {40, 3, 0, 16, 32, 0.69, 0.62, 0.2};
     case SpacingKind::standard:
       break;
   }

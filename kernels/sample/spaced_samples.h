@@ -35,7 +35,7 @@ struct SpacingParameters {
   std::uint32_t hole_rounds = 1;
 };
 
-// fast: two thirds of the time of standard; best: nearly twice the time, and the lowest error
+// fast: two thirds of the time of standard; best: twice the time, and the lowest error
 // (docs/METHODS.md 7.5 has the numbers).
 enum class SpacingKind : std::uint8_t { fast, standard, best };
 inline constexpr Word<SpacingKind> spacing_words[] = {
@@ -96,7 +96,8 @@ struct SpacedSamples {
 // measure of sets: Szekely and Rizzo 2013, "Energy statistics"). The energy of a sample is the sum of a
 // positive definite kernel over its distances to the other samples, minus the same sum over the surface.
 // Every stratum offers `candidates` random points of its own; the strata are visited in random groups,
-// `sweeps` times, and each time the sample moves to the place of least energy. Then `refinements` passes
+// `sweeps` times, and each time the sample moves to the place of least energy. Beyond the reach of the kernel
+// several strata together count by how far their samples are from their means. Then `refinements` passes
 // offer new places around each sample, and `repairs` passes do so, anywhere in the stratum, for samples that
 // are too near to another one. What finds no room there takes a place of another stratum nearby: few do,
 // where a stratum is narrow, bent or torn (with leave_rounds = 0 none).
@@ -106,8 +107,8 @@ struct SpacedSamples {
 // are in the order of the strata.
 //
 // Pure in (strata, key, parameters), the same for every number of threads: the samples of a group are chosen
-// before any of them moves. Cost: about 10 us a sample (13 where progressive) on one core, several times as
-// much where sheets are stacked; 508 bytes a sample at the peak, with what is given and returned. Throws
+// before any of them moves. Cost: about 11 us a sample (14 where progressive) on one core, several times as
+// much where sheets are stacked; 475 bytes a sample at the peak, with what is given and returned. Throws
 // std::invalid_argument for parameters that `validate` refuses.
 SpacedSamples space_samples(const Strata& strata, bool progressive, RandomKey key,
                             const SpacingParameters& parameters, const CancelToken& cancel = {});

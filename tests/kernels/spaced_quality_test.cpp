@@ -72,7 +72,7 @@ std::array<double, 4> edge_density(SpacedModel& model, bool of_cube, std::uint32
   return inside;
 }
 
-constexpr SequenceKind spaced = SequenceKind::spaced, shifted = SequenceKind::shifted;
+constexpr SequenceKind in_places = SequenceKind::spaced, shifted = SequenceKind::shifted;
 
 }  // namespace
 
@@ -83,7 +83,7 @@ TEST_CASE("spaced samples: keep a larger min distance and a lower error than shi
     for (const char* const method : {"auto", "direct", "conformal"})
       for (const OrderKind order : {OrderKind::curve, OrderKind::progressive}) {
         if (sanitized && method != std::string_view("auto")) continue;  // release builds judge every method
-        SpacedModel model(mesh, method, spaced, order), control(mesh, method, shifted, order);
+        SpacedModel model(mesh, method, in_places, order), control(mesh, method, shifted, order);
         const std::vector<RotatedBox> boxes = model.boxes(400);
         const Quality own = quality(model, boxes, 1024, 1024, 8),
                       other = quality(control, boxes, 1024, 1024, 8);
@@ -105,9 +105,9 @@ TEST_CASE("spaced samples: nearly unbiased", "[statistics]") {
     return bias_ratio(model, model.boxes(200), 256, seeds);
   };
   for (const OrderKind order : {OrderKind::curve, OrderKind::progressive}) {
-    CHECK(bias(grid_plane(12, 12), spaced, order) < 0.10);
-    CHECK(bias(torus(48, 24), spaced, order) < 0.10);
-    CHECK(bias(cube(), spaced, order) < 0.22);
+    CHECK(bias(grid_plane(12, 12), in_places, order) < 0.10);
+    CHECK(bias(torus(48, 24), in_places, order) < 0.10);
+    CHECK(bias(cube(), in_places, order) < 0.22);
   }
   CHECK(bias(grid_plane(12, 12), SequenceKind::stratified, OrderKind::curve) <
         0.03);  // the measure's own error
@@ -117,7 +117,7 @@ TEST_CASE("spaced samples: are as dense beside borders and creases as elsewhere"
   constexpr std::array<double, 4> margins = {0.28, 0.15, 0.08, 0.05};
   for (const OrderKind order : {OrderKind::curve, OrderKind::progressive})
     for (const bool of_cube : {false, true}) {
-      SpacedModel model(of_cube ? cube() : grid_plane(12, 12), "auto", spaced, order);
+      SpacedModel model(of_cube ? cube() : grid_plane(12, 12), "auto", in_places, order);
       const std::array<double, 4> density = edge_density(model, of_cube, 256, 300);
       for (std::size_t k = 0; k < strips.size(); ++k) {
         INFO((of_cube ? "cube" : "square") << (order == OrderKind::curve ? ", along" : ", progressive")
@@ -133,7 +133,7 @@ TEST_CASE("spaced samples: thin plates keep the samples of their rims, and strip
     // The rim of a plate .002 thick and 1 wide has 40 of 10,000 samples.
     PolygonMesh plate = cube();
     for (double& z : plate.z) z *= 0.002;
-    SpacedModel on_plate(plate, "auto", spaced, order);
+    SpacedModel on_plate(plate, "auto", in_places, order);
     const double half = std::sqrt(on_plate.state.surface.total_area / (8 + 16 * 0.002));
     double rim = 0;
     constexpr std::uint32_t n = 10000, seeds = 4;
@@ -146,7 +146,7 @@ TEST_CASE("spaced samples: thin plates keep the samples of their rims, and strip
 
     // A strip a third of a spacing wide: a tenth of its length has a tenth of the samples, its outer half a
     // half.
-    SpacedModel on_strip(grid_plane(100, 1, 9, 0.01), "auto", spaced, order);
+    SpacedModel on_strip(grid_plane(100, 1, 9, 0.01), "auto", in_places, order);
     const double length = 9 * std::sqrt(on_strip.state.surface.total_area / 0.09), width = length / 900;
     std::array<double, 10> tenths{};
     double beside = 0;
@@ -168,7 +168,7 @@ TEST_CASE("spaced samples: stacks of sheets and parts smaller than a sample get 
     // A book of 40 pages beside a single one.
     PolygonMesh book = moved(grid_plane(4, 4), 1, 2, 0, 0);
     for (int page = 0; page < 40; ++page) book = merged(book, moved(grid_plane(4, 4), 1, 0, 0, 2e-4 * page));
-    SpacedModel on_book(book, "auto", spaced, order), control(book, "auto", shifted, order);
+    SpacedModel on_book(book, "auto", in_places, order), control(book, "auto", shifted, order);
     const std::vector<RotatedBox> boxes = on_book.boxes(300);
     const Quality own = quality(on_book, boxes, 1024, 1024, 4),
                   other = quality(control, boxes, 1024, 1024, 4);
@@ -180,7 +180,7 @@ TEST_CASE("spaced samples: stacks of sheets and parts smaller than a sample get 
     PolygonMesh parts = moved(tetrahedron(), 0.01, 0, 0, 0);
     for (int i = 1; i < 256; ++i)
       parts = merged(parts, moved(tetrahedron(), 0.01, i % 16, i / 16, 0.3 * (i % 7)));
-    SpacedModel on_parts(parts, "auto", spaced, order);
+    SpacedModel on_parts(parts, "auto", in_places, order);
     double left = 0;
     constexpr std::uint32_t seeds = 40;
     for (std::uint32_t seed = 1; seed <= seeds; ++seed) {
@@ -202,8 +202,8 @@ TEST_CASE("spaced samples: along the path they keep the distance that a heap of 
     const auto place = [&](double step) { return 2 * (i * step - std::floor(i * step)); };
     heap = merged(heap, moved(sheet, 1, place(0.8191725134), place(0.6710436067), place(0.5497004779)));
   }
-  SpacedModel along(heap, "auto", spaced, OrderKind::curve),
-      in_order(heap, "auto", spaced, OrderKind::progressive),
+  SpacedModel along(heap, "auto", in_places, OrderKind::curve),
+      in_order(heap, "auto", in_places, OrderKind::progressive),
       control(heap, "auto", shifted, OrderKind::curve);
   const std::vector<RotatedBox> boxes = along.boxes(300);
   const Quality own = quality(along, boxes, 512, 512, 4), progressive = quality(in_order, boxes, 512, 512, 4),
@@ -221,7 +221,7 @@ TEST_CASE("spaced samples: region counts follow a density") {
   ScalarAttribute weight{"weight", {}};
   for (const double x : mesh.x) weight.values.push_back(x + 1.5);
   mesh.vertex_attributes.push_back(weight);
-  SpacedModel model(mesh, "auto", spaced, OrderKind::progressive);
+  SpacedModel model(mesh, "auto", in_places, OrderKind::progressive);
   model.parameters.density.kind = DensityKind::vertex_attribute;
   model.parameters.density.attribute = "weight";
   run_stages(charting_stages(model.parameters), model.state);
@@ -262,9 +262,9 @@ TEST_CASE("spaced samples: of the meshes of the survey", "[slow]") {
                               {"dragon_100k.ply", 0.24, 0.145, 0.082}})
     for (const char* const method : {"auto", "direct"}) {
       const PolygonMesh mesh = shared_mesh(limit.file);
-      SpacedModel along(mesh, method, spaced, OrderKind::curve),
-          progressive(mesh, method, spaced, OrderKind::progressive),
-          best(mesh, method, spaced, OrderKind::curve, SpacingKind::best),
+      SpacedModel along(mesh, method, in_places, OrderKind::curve),
+          progressive(mesh, method, in_places, OrderKind::progressive),
+          best(mesh, method, in_places, OrderKind::curve, SpacingKind::best),
           control(mesh, method, shifted, OrderKind::curve);
       const std::vector<RotatedBox> boxes = along.boxes(600);
       for (const std::uint32_t n : {1000u, 10000u, 100000u}) {

@@ -15,6 +15,7 @@
 #include "kernels/analyse/spacing.h"
 #include "kernels/mesh/prepare_mesh.h"
 #include "kernels/partition/element_cells.h"
+#include "kernels/sample/far_field.h"
 #include "kernels/sample/kernel_sums.h"
 #include "kernels/sample/mesh_strata.h"
 #include "kernels/sample/packed_rows.h"
@@ -251,6 +252,90 @@ TEST_CASE("stratum lists: what is written is read") {
   for (std::size_t s = 0; s < wanted.size(); ++s) {
     lists.read(s, read);
     CHECK(read == wanted[s]);
+  }
+}
+
+TEST_CASE("sum_dipoles: the slope of the far kernel, the same for every instruction set") {
+  const FarScale scale{0.8f, 3, 7, 0.5f};
+  const std::array<float, 3> at = {0.3f, -0.2f, 0.1f};
+  // In spacings from `at`: at it, within the near reach, between both reaches, and beyond them.
+  const std::array<std::array<float, 3>, 5> from = {
+      {{0, 0, 0}, {1.2f, 0.5f, -0.7f}, {-3, 3, 1}, {2, -4, 4}, {6, 6, 0}}};
+  DipoleRows rows;
+  rows.resize(from.size());
+  for (std::size_t i = 0; i < from.size(); ++i) {
+    const auto k = static_cast<float>(i);
+    rows.set(i, {at[0] + from[i][0] / 0.8f, at[1] + from[i][1] / 0.8f, at[2] + from[i][2] / 0.8f},
+             {0.2f - 0.1f * k, 0.1f * k, 0.3f});
+  }
+  const auto energy = [&](const std::array<double, 3>& place) {
+    const auto kernel = [](double d) {
+      const double far = std::max(1 - d / 7, 0.0), near = std::max(1 - d / 3, 0.0);
+      return 7.0 / 3 * far * far - near * near;
+    };
+    constexpr double small = 1e-3;
+    double sum = 0;
+    for (std::size_t i = 0; i < from.size(); ++i)
+      for (const double side : {-0.5, 0.5}) {
+        const auto along = [&](float row, float way, std::size_t k) {
+          return place[k] - 0.8 * (double(row) - double(at[k]) + side * small * double(way));
+        };
+        const double x = along(rows.x[i], rows.way_x[i], 0), y = along(rows.y[i], rows.way_y[i], 1),
+                     z = along(rows.z[i], rows.way_z[i], 2);
+        sum += (side > 0 ? 1 : -1) / small * kernel(std::sqrt(x * x + y * y + z * z));
+      }
+    return sum;
+  };
+  const std::array<float, 3> slope = sum_dipoles(rows, at, scale, InstructionSet::scalar);
+  for (std::size_t k = 0; k < 3; ++k) {
+    std::array<double, 3> up{}, down{};
+    up[k] = 1e-3;
+    down[k] = -1e-3;
+    CHECK(slope[k] == Approx((energy(up) - energy(down)) / 2e-3).margin(2e-3));
+  }
+  if (is_available(InstructionSet::avx2)) CHECK(sum_dipoles(rows, at, scale, InstructionSet::avx2) == slope);
+}
+
+TEST_CASE("far field: a wave of samples pushes as its dipoles one by one do, but for the sample itself") {
+  using namespace spaced;
+  // Within a 20th of the largest. A plane of strata in runs of two by two, whose samples are displaced along
+  // x by a wave.
+  constexpr std::uint32_t side = 40;
+  std::vector<StratumMoments> moments(side * side);
+  for (std::uint32_t s = 0; s < moments.size(); ++s) {
+    const std::uint32_t run = s / 4, x = 2 * (run % (side / 2)) + s % 2,
+                        y = 2 * (run / (side / 2)) + s / 2 % 2;
+    moments[s].mean = {static_cast<float>(x), static_cast<float>(y), 0};
+  }
+  const std::vector<float> spacing(moments.size(), 1.0f);
+  const auto way = [&](std::uint32_t s) { return 0.3f * std::sin(0.6f * moments[s].mean[0]); };
+  const std::uint32_t torn = 3;
+  FarField field(moments, spacing, [&](std::uint32_t s) { return s != torn; }, {});
+  DipoleRows all;
+  all.resize(moments.size());
+  for (std::uint32_t s = 0; s < moments.size(); ++s) {
+    const auto& [x, y, z] = moments[s].mean;
+    field.move(s, {x, y, z}, {x + way(s), y, z});
+    all.set(s, {x, y, z}, {way(s), 0, 0});
+  }
+  CHECK_FALSE(field.reaches(0));
+  CHECK(field.reaches(4));
+  FarField::Visit visit;
+  for (std::uint32_t s = 10 * 2 * side + 14 * 2; s < 10 * 2 * side + 26 * 2; ++s) {
+    REQUIRE(field.reaches(s));
+    const auto& [x, y, z] = moments[s].mean;
+    PointRows places;
+    places.push_back(x - 0.5f, y, z);
+    places.push_back(x + 0.5f, y, z);
+    std::vector<float> energy(2, 0.0f);
+    field.add(s, moments[s], 1, {way(s), 0, 0}, 1, places, visit, energy);
+    const FarScale scale{1, static_cast<float>(kernel_reach), FarField::far_reach, 1.5f};
+    all.set(s, moments[s].mean, {});
+    const float one_by_one = sum_dipoles(all, moments[s].mean, scale)[0];
+    all.set(s, moments[s].mean, {way(s), 0, 0});
+    INFO(x << " " << y);
+    CHECK(energy[1] - energy[0] == Approx(one_by_one).margin(0.1));
+    CHECK(std::abs(energy[0] + energy[1] - 0.5f * scale.bend()) < 1e-5f);
   }
 }
 

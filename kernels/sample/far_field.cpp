@@ -1,0 +1,104 @@
+#include "kernels/sample/far_field.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "kernels/core/parallel.h"
+#include "kernels/sample/stratum_grid.h"
+
+namespace meander::spaced {
+
+namespace {
+
+// Kernels end, and the far one begins, within so many spacings about their reach: the extent of runs, whose
+// dipoles stand for what lies there as a whole.
+constexpr float ramp = 1.5f;
+// Strata of a run have their means within so many spacings of its own.
+constexpr float longest_run = 4;
+// The field does not reach runs with more others around them, as in heaps of sheets.
+constexpr std::size_t max_runs = 384;
+
+}  // namespace
+
+FarField::FarField(std::span<const StratumMoments> moments, std::span<const float> spacing,
+                   const std::function<bool(std::uint32_t)>& takes_part, const CancelToken& cancel) {
+  const auto strata = static_cast<std::uint32_t>(moments.size());
+  const std::uint32_t runs = (strata + run_strata - 1) / run_strata;
+  dipole_.resize(runs);
+  takes_part_.assign(runs, 1);
+  std::vector<float> reach(runs);
+  double sum = 0, least = INFINITY;
+  for (std::uint32_t run = 0; run < runs; ++run) {
+    const std::uint32_t begin = run * run_strata, end = std::min(begin + run_strata, strata);
+    const float share = 1 / static_cast<float>(end - begin);
+    std::array<float, 3>& at = dipole_[run].at;
+    for (std::uint32_t s = begin; s < end; ++s) {
+      for (std::size_t k = 0; k < 3; ++k) at[k] += share * moments[s].mean[k];
+      reach[run] = std::max(reach[run], (far_reach + ramp) * spacing[s]);
+    }
+    sum += reach[run];
+    least = std::min(least, static_cast<double>(reach[run]));
+    for (std::uint32_t s = begin; s < end; ++s) {
+      const std::array<float, 3>& mean = moments[s].mean;
+      const float x = mean[0] - at[0], y = mean[1] - at[1], z = mean[2] - at[2];
+      const float most = longest_run * spacing[s];
+      if (!takes_part(s) || !(x * x + y * y + z * z <= most * most)) takes_part_[run] = 0;
+    }
+  }
+  StratumGrid grid(std::max(least, min_cell * sum / runs));
+  std::vector<std::uint32_t> run_at;  // of what is in the grid
+  for (std::uint32_t run = 0; run < runs; ++run) {
+    if (takes_part_[run] == 0) continue;
+    grid.add({dipole_[run].at, dipole_[run].at}, reach[run]);
+    run_at.push_back(run);
+  }
+  grid.build();
+  near_ = StratumLists(runs, draw_block);
+  parallel_tasks((runs + draw_block - 1) / draw_block, [&](std::size_t block) {
+    cancel.check();
+    std::vector<std::uint32_t> found;
+    const auto end = static_cast<std::uint32_t>(std::min<std::size_t>((block + 1) * draw_block, runs));
+    for (auto run = static_cast<std::uint32_t>(block * draw_block); run < end; ++run) {
+      found.clear();
+      const std::array<float, 3>& at = dipole_[run].at;
+      const auto is_near = [&](std::uint32_t i) {
+        const std::array<float, 3>& other = dipole_[run_at[i]].at;
+        const float x = other[0] - at[0], y = other[1] - at[1], z = other[2] - at[2];
+        return x * x + y * y + z * z < reach[run] * reach[run];
+      };
+      if (takes_part_[run] != 0 && !grid.find_around({at, at}, reach[run], max_runs, is_near, found)) {
+        takes_part_[run] = 0;
+        found.clear();
+      }
+      for (std::uint32_t& i : found) i = run_at[i];
+      near_.write(run, found);
+    }
+    near_.close(block);
+  });
+}
+
+void FarField::add(std::uint32_t stratum, const StratumMoments& moments, float spacing,
+                   const std::array<float, 3>& own, float share, const PointRows& places, Visit& visit,
+                   std::span<float> energy) const {
+  const std::uint32_t run = stratum / run_strata;
+  near_.read(run, visit.near);
+  visit.rows.resize(visit.near.size());
+  for (std::size_t i = 0; i < visit.near.size(); ++i) {
+    const Dipole& dipole = dipole_[visit.near[i]];
+    visit.rows.set(i, dipole.at, dipole.way);
+    if (visit.near[i] != run) continue;
+    visit.rows.set(i, dipole.at, {dipole.way[0] - own[0], dipole.way[1] - own[1], dipole.way[2] - own[2]});
+  }
+  const float per_spacing = 1 / spacing;
+  const FarScale scale{per_spacing, static_cast<float>(kernel_reach), far_reach, ramp};
+  const std::array<float, 3>& mean = moments.mean;
+  const std::array<float, 3> slope = sum_dipoles(visit.rows, mean, scale);
+  const float bend = share * scale.bend();
+  for (std::size_t k = 0; k < places.size(); ++k) {
+    const float x = per_spacing * (places.x[k] - mean[0]), y = per_spacing * (places.y[k] - mean[1]),
+                z = per_spacing * (places.z[k] - mean[2]);
+    energy[k] += slope[0] * x + slope[1] * y + slope[2] * z + bend * (x * x + y * y + z * z);
+  }
+}
+
+}  // namespace meander::spaced

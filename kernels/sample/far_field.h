@@ -1,0 +1,73 @@
+// Internal to kernels/sample: how samples beyond the reach of the kernel move each other (docs/METHODS.md
+// 7.5).
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "kernels/core/cancel.h"
+#include "kernels/sample/kernel_sums.h"
+#include "kernels/sample/offered_places.h"
+#include "kernels/sample/stratum_lists.h"
+
+namespace meander::spaced {
+
+// Moments of the places of a stratum, as in PointGroup.
+struct StratumMoments {
+  std::array<float, 3> mean{};
+  std::array<float, 6> central{};
+  float per_extent = 0;
+};
+
+// What strata attract and their samples repel with beyond the reach of the kernel, as if it ended at
+// far_reach: its sums of a stratum and its sample are, where these are far away, those of a dipole, the way
+// of the sample from the mean of its stratum. Dipoles of `run_strata` strata along the path are one. A run
+// with a stratum that does not take part has no part in the field at all.
+class FarField {
+ public:
+  static constexpr std::uint32_t run_strata = 4;
+  // In spacings.
+  static constexpr float far_reach = 7;
+
+  FarField() = default;  // there is none
+  // takes_part: by stratum. The samples are in the means of their strata until `move` says where they are.
+  FarField(std::span<const StratumMoments> moments, std::span<const float> spacing,
+           const std::function<bool(std::uint32_t)>& takes_part, const CancelToken& cancel);
+
+  bool reaches(std::uint32_t stratum) const {
+    return !takes_part_.empty() && takes_part_[stratum / run_strata] != 0;
+  }
+  void move(std::uint32_t stratum, const Point& from, const Point& to) {
+    if (takes_part_.empty()) return;
+    Dipole& dipole = dipole_[stratum / run_strata];
+    dipole.way[0] += to.x - from.x;
+    dipole.way[1] += to.y - from.y;
+    dipole.way[2] += to.z - from.z;
+  }
+
+  // Scratch of `add`.
+  struct Visit {
+    std::vector<std::uint32_t> near;
+    DipoleRows rows;
+  };
+  // Adds to the energy of places of a stratum that the field reaches what they have in it, up to the same for
+  // all. own: the sample of the stratum, which does not count, from its mean; share: of the attraction of
+  // the stratum itself, 0..1. O(runs around + places).
+  void add(std::uint32_t stratum, const StratumMoments& moments, float spacing,
+           const std::array<float, 3>& own, float share, const PointRows& places, Visit& visit,
+           std::span<float> energy) const;
+
+ private:
+  struct Dipole {
+    std::array<float, 3> at{}, way{};
+  };
+  std::vector<Dipole> dipole_;  // by run, in units of the points
+  std::vector<std::uint8_t> takes_part_;
+  StratumLists near_{0, 1};
+};
+
+}  // namespace meander::spaced
