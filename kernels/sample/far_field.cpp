@@ -10,11 +10,8 @@ namespace meander::spaced {
 
 namespace {
 
-// Kernels end, and the far one begins, within so many spacings about their reach: the extent of runs, whose
-// dipoles stand for what lies there as a whole.
-constexpr float ramp = 1.5f;
 // Strata of a run have their means within so many spacings of its own.
-constexpr float longest_run = 4;
+constexpr float max_run_radius = 4;
 // The field does not reach runs with more others around them, as in heaps of sheets.
 constexpr std::size_t max_runs = 384;
 
@@ -41,8 +38,8 @@ FarField::FarField(std::span<const StratumMoments> moments, std::span<const floa
     for (std::uint32_t s = begin; s < end; ++s) {
       const std::array<float, 3>& mean = moments[s].mean;
       const float x = mean[0] - at[0], y = mean[1] - at[1], z = mean[2] - at[2];
-      const float most = longest_run * spacing[s];
-      if (!takes_part(s) || !(x * x + y * y + z * z <= most * most)) takes_part_[run] = 0;
+      const float radius = max_run_radius * spacing[s];
+      if (!takes_part(s) || !(x * x + y * y + z * z <= radius * radius)) takes_part_[run] = 0;
     }
   }
   StratumGrid grid(std::max(least, min_cell * sum / runs));

@@ -23,15 +23,18 @@ struct StratumMoments {
   float per_extent = 0;
 };
 
-// What strata attract and their samples repel with beyond the reach of the kernel, as if it ended at
-// far_reach: its sums of a stratum and its sample are, where these are far away, those of a dipole, the way
-// of the sample from the mean of its stratum. Dipoles of `run_strata` strata along the path are one. A run
-// with a stratum that does not take part has no part in the field at all.
+// The field beyond the reach of the kernel, as if that ended at far_reach: what strata attract and their
+// samples repel with. A stratum and its sample are, far away, a dipole, the way of the sample from the mean
+// of its stratum; dipoles of `run_strata` strata along the path are one. A run with a stratum that does not
+// take part has no part in the field at all.
 class FarField {
  public:
   static constexpr std::uint32_t run_strata = 4;
   // In spacings.
   static constexpr float far_reach = 7;
+  // Kernels end, and the far one begins, within so many spacings about their reach: the extent of runs, whose
+  // dipoles stand for what lies there as a whole.
+  static constexpr float ramp = 1.5f;
 
   FarField() = default;  // there is none
   // takes_part: by stratum. The samples are in the means of their strata until `move` says where they are.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <initializer_list>
 #if defined(__SSE__)
 #include <xmmintrin.h>
 #endif
@@ -265,6 +266,7 @@ MEANDER_INLINE void sum_dipoles_all(const DipoleRows& dipoles, const std::array<
   const float factor = 2 * per_near * scale.per_spacing;
   slope = {factor * sum_of(slope_x), factor * sum_of(slope_y), factor * sum_of(slope_z)};
 }
+
 MEANDER_TARGET("avx2")
 void sum_dipoles_avx2(const DipoleRows& dipoles, const std::array<float, 3>& at, const FarScale& scale,
                       std::array<float, 3>& slope) {
@@ -318,6 +320,15 @@ void unpack_avx2(std::span<const std::uint32_t> from, const std::array<float, 3>
   unpack_all(from, corner, step, to_x, to_y, to_z);
 }
 
+// Rows as long as a multiple of the lanes, 0 from `count` on.
+void resize_padded(std::initializer_list<std::vector<float>*> rows, std::size_t count) {
+  const std::size_t padded = (count + lanes - 1) / lanes * lanes;
+  for (std::vector<float>* const row : rows) {
+    row->resize(padded);
+    std::fill(row->begin() + static_cast<std::ptrdiff_t>(count), row->end(), 0.0f);
+  }
+}
+
 }  // namespace
 
 void unpack(std::span<const std::uint32_t> from, const std::array<float, 3>& corner, float step, float* to_x,
@@ -363,20 +374,10 @@ void find_nearest(const PointRows& places, const PointRows& points, std::size_t 
 }
 
 void SurfaceRows::resize(std::size_t count) {
-  const std::size_t padded = (count + lanes - 1) / lanes * lanes;
-  for (std::vector<float>* const row : {&x, &y, &z, &mass, &normal_x, &normal_y, &normal_z}) {
-    row->resize(padded);
-    std::fill(row->begin() + static_cast<std::ptrdiff_t>(count), row->end(), 0.0f);
-  }
+  resize_padded({&x, &y, &z, &mass, &normal_x, &normal_y, &normal_z}, count);
 }
 
-void DipoleRows::resize(std::size_t count) {
-  const std::size_t padded = (count + lanes - 1) / lanes * lanes;
-  for (std::vector<float>* const row : {&x, &y, &z, &way_x, &way_y, &way_z}) {
-    row->resize(padded);
-    std::fill(row->begin() + static_cast<std::ptrdiff_t>(count), row->end(), 0.0f);
-  }
-}
+void DipoleRows::resize(std::size_t count) { resize_padded({&x, &y, &z, &way_x, &way_y, &way_z}, count); }
 
 std::array<float, 3> sum_dipoles(const DipoleRows& dipoles, const std::array<float, 3>& at,
                                  const FarScale& scale, InstructionSet set) {

@@ -16,8 +16,7 @@ class StratumLists {
   StratumLists(std::size_t strata, std::size_t block)
       : block_(block), begin_(strata), bytes_((strata + block - 1) / block) {}
 
-  // Strata of a block are written in ascending order. others: distinct, without the stratum itself; sorted
-  // here.
+  // Strata of a block are written in ascending order. others: distinct; sorted here.
   void write(std::size_t stratum, std::vector<std::uint32_t>& others) {
     std::vector<std::uint8_t>& bytes = bytes_[stratum / block_];
     begin_[stratum] = static_cast<std::uint32_t>(bytes.size());
@@ -26,12 +25,12 @@ class StratumLists {
     std::uint64_t at = stratum;
     for (std::size_t i = 0, end; i < others.size(); i = end) {
       end = i + 1;
-      while (end < others.size() && end - i < longest_run && others[end] == others[i] + (end - i)) ++end;
+      while (end < others.size() && end - i < max_run && others[end] == others[i] + (end - i)) ++end;
       // The first run is on either side of the stratum: the sign in the lowest bit.
       const std::uint64_t way = i > 0            ? others[i] - at
                                 : others[i] < at ? (at - others[i]) << 1 | 1
                                                  : (others[i] - at) << 1;
-      put(way * longest_run + (end - i - 1), bytes);
+      put(way * max_run + (end - i - 1), bytes);
       at = others[end - 1] + std::uint64_t{1};
     }
   }
@@ -44,18 +43,18 @@ class StratumLists {
     others.resize(take(at));
     std::uint64_t next = stratum;
     for (std::size_t i = 0; i < others.size();) {
-      const std::uint64_t run = take(at), way = run / longest_run;
+      const std::uint64_t run = take(at), way = run / max_run;
       if (i > 0)
         next += way;
       else
         next = (way & 1) != 0 ? stratum - (way >> 1) : stratum + (way >> 1);
-      for (std::uint64_t left = run % longest_run + 1; left > 0; --left)
+      for (std::uint64_t left = run % max_run + 1; left > 0; --left)
         others[i++] = static_cast<std::uint32_t>(next++);
     }
   }
 
  private:
-  static constexpr std::uint64_t longest_run = 8;
+  static constexpr std::uint64_t max_run = 8;
   static void put(std::uint64_t value, std::vector<std::uint8_t>& bytes) {
     for (; value >= 128; value >>= 7) bytes.push_back(static_cast<std::uint8_t>(value | 128));
     bytes.push_back(static_cast<std::uint8_t>(value));

@@ -329,7 +329,7 @@ TEST_CASE("far field: a wave of samples pushes as its dipoles one by one do, but
     places.push_back(x + 0.5f, y, z);
     std::vector<float> energy(2, 0.0f);
     field.add(s, moments[s], 1, {way(s), 0, 0}, 1, places, visit, energy);
-    const FarScale scale{1, static_cast<float>(kernel_reach), FarField::far_reach, 1.5f};
+    const FarScale scale{1, static_cast<float>(kernel_reach), FarField::far_reach, FarField::ramp};
     all.set(s, moments[s].mean, {});
     const float one_by_one = sum_dipoles(all, moments[s].mean, scale)[0];
     all.set(s, moments[s].mean, {way(s), 0, 0});
