@@ -16,13 +16,6 @@
 
 namespace meander::spaced {
 
-// Moments of the places of a stratum, as in PointGroup.
-struct StratumMoments {
-  std::array<float, 3> mean{};
-  std::array<float, 6> central{};
-  float per_extent = 0;
-};
-
 // The field beyond the reach of the kernel, as if that ended at far_reach: what strata attract and their
 // samples repel with. A stratum and its sample are, far away, a dipole, the way of the sample from the mean
 // of its stratum; dipoles of `run_strata` strata along the path are one. A run with a stratum that does not
@@ -38,7 +31,7 @@ class FarField {
 
   FarField() = default;  // there is none
   // takes_part: by stratum. The samples are in the means of their strata until `move` says where they are.
-  FarField(std::span<const StratumMoments> moments, std::span<const float> spacing,
+  FarField(std::span<const PointMoments> moments, std::span<const float> spacing,
            const std::function<bool(std::uint32_t)>& takes_part, const CancelToken& cancel);
 
   bool reaches(std::uint32_t stratum) const {
@@ -46,29 +39,24 @@ class FarField {
   }
   void move(std::uint32_t stratum, const Point& from, const Point& to) {
     if (takes_part_.empty()) return;
-    Dipole& dipole = dipole_[stratum / run_strata];
-    dipole.way[0] += to.x - from.x;
-    dipole.way[1] += to.y - from.y;
-    dipole.way[2] += to.z - from.z;
+    const std::uint32_t run = stratum / run_strata;
+    dipoles_.way_x[run] += to.x - from.x;
+    dipoles_.way_y[run] += to.y - from.y;
+    dipoles_.way_z[run] += to.z - from.z;
   }
 
-  // Scratch of `add`.
-  struct Visit {
-    std::vector<std::uint32_t> near;
-    DipoleRows rows;
-  };
   // Adds to the energy of places of a stratum that the field reaches what they have in it, up to the same for
   // all. own: the sample of the stratum, which does not count, from its mean; share: of the attraction of
   // the stratum itself, 0..1. O(runs around + places).
-  void add(std::uint32_t stratum, const StratumMoments& moments, float spacing,
-           const std::array<float, 3>& own, float share, const PointRows& places, Visit& visit,
-           std::span<float> energy) const;
+  void add(std::uint32_t stratum, const PointMoments& moments, float spacing, const std::array<float, 3>& own,
+           float share, const PointRows& places, DipoleRows& scratch, std::span<float> energy) const;
 
  private:
-  struct Dipole {
-    std::array<float, 3> at{}, way{};
-  };
-  std::vector<Dipole> dipole_;  // by run, in units of the points
+  std::array<float, 3> middle(std::uint32_t run) const {
+    return {dipoles_.x[run], dipoles_.y[run], dipoles_.z[run]};
+  }
+
+  DipoleRows dipoles_;  // by run, in units of the points; with max_run behind them
   std::vector<std::uint8_t> takes_part_;
   StratumLists near_{0, 1};
 };

@@ -63,12 +63,15 @@ void add_kernel(const PointRows& places, const PointRows& points, std::size_t fi
 void find_nearest(const PointRows& places, const PointRows& points, std::size_t count, std::span<float> least,
                   InstructionSet set = InstructionSet::automatic);
 
-// Points by their mass, mean and second central moments.
-struct PointGroup {
-  float mass = 0;
+// Mean and second central moments of points.
+struct PointMoments {
   std::array<float, 3> mean{};
   std::array<float, 6> central{};  // xx, yy, zz, yz, xz, xy
   float per_extent = 0;            // 1 / sqrt(2 (xx + yy + zz))
+};
+// Points by their moments and their mass.
+struct PointGroup : PointMoments {
+  float mass = 0;
 };
 
 // The long kernel of weight 1 over the points of groups, to the second order in their extent: no group has

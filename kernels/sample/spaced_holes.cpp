@@ -167,7 +167,7 @@ SpacedLevel::Hole SpacedLevel::fill(const Hole& hole, Visit& visit) {
   for (const bool anew : {false, true}) {
     fillings.clear();
     for (const std::uint32_t s : beside)
-      if (can_fill(s) && !taken_.contains(s) && is_near(sample_[s], hole.at, hole_movers * far))
+      if (can_fill(s) && !taken_.contains(s) && is_near(sample_at(s), hole.at, hole_movers * far))
         add_fillings(s, anew, hole.at, hole_filled * far, visit, fillings);
     std::ranges::sort(fillings, {}, [](const Filling& filling) {
       return std::tuple(filling.energy, filling.stratum, filling.choice.number);
@@ -191,7 +191,7 @@ void SpacedLevel::add_fillings(std::uint32_t stratum, bool anew, const Point& ho
                                Visit& visit, std::vector<Filling>& fillings) const {
   std::vector<Choice> choices;
   read_near(stratum, visit.near);
-  ask_about(sample_[stratum], visit);
+  ask_about(sample_at(stratum), visit);
   const auto ask = [&](std::uint32_t number, const Point& at) {
     if (!is_near(at, hole, distance)) return;
     visit.places.push_back(at.x, at.y, at.z);
@@ -221,7 +221,7 @@ void SpacedLevel::add_fillings(std::uint32_t stratum, bool anew, const Point& ho
 
 SpacedLevel::Hole SpacedLevel::opened_by(const Filling& filling, Visit& visit) {
   const std::uint32_t s = filling.stratum;
-  const Choice before{number_[s], sample_[s]};
+  const Choice before{number_[s], sample_at(s)};
   move(s, filling.choice);
   std::vector<std::uint32_t> beside;
   read_near(s, beside);

@@ -42,9 +42,13 @@ SpacedLevel::SpacedLevel(const Strata& strata, const OfferedStrata& offered, int
       cancel_(cancel),
       equal_(blocks_.leaves % blocks_.count == 0 || blocks_.leaves / blocks_.count >= nearly_equal_leaves),
       reach_(blocks_.count, static_cast<float>(kernel_reach)),
+      torn_(blocks_.count),
       near_(blocks_.count, draw_block),
-      sample_(blocks_.count),
-      number_(blocks_.count) {}
+      number_(blocks_.count) {
+  sample_.resize(blocks_.count + StratumLists::max_run);
+  for (std::uint32_t s = 0; s < blocks_.count; ++s)
+    torn_[s] = offered_.extent(s) > torn_extent * in_space(s, spacing_[s]);
+}
 
 void SpacedLevel::space_out() {
   std::vector<std::uint32_t> free;
@@ -53,7 +57,7 @@ void SpacedLevel::space_out() {
     free.push_back(s);
     const std::uint64_t index = Offer::index_of({level_, s, 0});
     number_[s] = random_words(offer_.key, Stream::stratum_start, index)[0] % parameters_.candidates;
-    sample_[s] = offered_.place(s, number_[s]);
+    put(s, offered_.place(s, number_[s]));
   }
   find_neighbors();
   find_moments();
@@ -101,11 +105,21 @@ void SpacedLevel::find_samples(std::uint32_t stratum, Visit& visit) const {
   float *const x = visit.samples.x.data(), *const y = visit.samples.y.data(),
                *const z = visit.samples.z.data();
   for (std::size_t i = 0; i < count; ++i) {
-    const Point sample = sample_[visit.near[i]];
+    const Point sample = sample_at(visit.near[i]);
     x[i] = sample.x;
     y[i] = sample.y;
     z[i] = sample.z;
   }
+  to_metric(stratum, visit.samples, count);
+}
+
+void SpacedLevel::gather_samples(std::uint32_t stratum, Visit& visit) const {
+  const std::size_t count = near_.size(stratum);
+  visit.samples.resize(count + StratumLists::max_run);
+  near_.gather(stratum, {{sample_.x.data(), visit.samples.x.data()},
+                         {sample_.y.data(), visit.samples.y.data()},
+                         {sample_.z.data(), visit.samples.z.data()}});
+  visit.samples.resize(count);
   to_metric(stratum, visit.samples, count);
 }
 
@@ -128,16 +142,16 @@ void SpacedLevel::find_far_field() {
   far_ = FarField(moments_, spacing_, takes_part, cancel_);
   for (std::uint32_t s = 0; s < blocks_.count; ++s) {
     const std::array<float, 3>& mean = moments_[s].mean;
-    far_.move(s, {mean[0], mean[1], mean[2]}, sample_[s]);
+    far_.move(s, {mean[0], mean[1], mean[2]}, sample_at(s));
   }
 }
 
 void SpacedLevel::repel_from_afar(std::uint32_t stratum, Visit& visit) const {
   if (!far_.reaches(stratum)) return;
   const std::array<float, 3>& mean = moments_[stratum].mean;
-  const Point& at = sample_[stratum];
+  const Point at = sample_at(stratum);
   far_.add(stratum, moments_[stratum], spacing_[stratum], {at.x - mean[0], at.y - mean[1], at.z - mean[2]},
-           1 - own_share(stratum), visit.places, visit.far, visit.energy);
+           1 - own_share(stratum), visit.places, visit.dipoles, visit.energy);
 }
 
 float SpacedLevel::length_in_metric(std::uint32_t stratum, const Point& v) const {
@@ -153,7 +167,7 @@ SpacedLevel::Choice SpacedLevel::choose(std::uint32_t stratum, Visit& visit) con
   const std::size_t places = offered_.places();
   visit.places.resize(places);
   offered_.load(stratum, visit.places, 0);
-  find_samples(stratum, visit);
+  gather_samples(stratum, visit);
   places_to_metric(stratum, visit);
   visit.energy.resize(places);
   attraction_.read(slot_of(stratum), visit.energy);
@@ -179,7 +193,8 @@ void SpacedLevel::draw_new(std::uint32_t stratum, std::uint32_t first, std::uint
 SpacedLevel::Choice SpacedLevel::choose_new(std::uint32_t stratum, std::uint32_t first, std::uint32_t count,
                                             float weight, Visit& visit) const {
   draw_new(stratum, first, count, visit);
-  ask_about(sample_[stratum], visit);
+  near_.read(stratum, visit.near);
+  ask_about(sample_at(stratum), visit);
   visit.number.assign(1, number_[stratum]);
   for (std::uint32_t k = 0; k < count; ++k) {
     if (!takes(stratum, point_at(visit.points[k]), visit.torn)) continue;
@@ -195,14 +210,14 @@ SpacedLevel::Choice SpacedLevel::choose_new(std::uint32_t stratum, std::uint32_t
   repel_from_afar(stratum, visit);
   const auto best = static_cast<std::size_t>(std::min_element(visit.energy.begin(), visit.energy.end()) -
                                              visit.energy.begin());
-  if (best == 0) return {number_[stratum], sample_[stratum]};
+  if (best == 0) return {number_[stratum], sample_at(stratum)};
   const std::uint32_t k = visit.number[best];
   return {visit.draws[k].number, point_at(visit.points[k])};
 }
 
 void SpacedLevel::look_at_sample(std::uint32_t stratum, Visit& visit) const {
   near_.read(stratum, visit.near);
-  ask_about(sample_[stratum], visit);
+  ask_about(sample_at(stratum), visit);
   find_samples(stratum, visit);
   places_to_metric(stratum, visit);
 }
@@ -212,7 +227,6 @@ void SpacedLevel::visit_in_turn(const std::vector<std::uint32_t>& strata, const 
   Visit visit;
   for (std::size_t i = 0; i < strata.size(); ++i) {
     if (i % check_interval == 0) cancel_.check();
-    near_.read(strata[i], visit.near);
     move(strata[i], choose(strata[i], visit));
   }
 }
@@ -233,7 +247,6 @@ void SpacedLevel::visit_groups(const std::vector<std::uint32_t>& strata, std::ui
       Visit visit;
       const std::size_t end = std::min((task + 1) * draw_block, members.size());
       for (std::size_t i = task * draw_block; i < end; ++i) {
-        near_.read(members[i], visit.near);
         choices[i] = choose(members[i], visit);
       }
     });

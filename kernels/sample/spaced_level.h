@@ -74,7 +74,7 @@ class SpacedLevel {
 
   // Fixes the sample of a stratum.
   void hold(std::uint32_t stratum, const Point& at) {
-    sample_[stratum] = at;
+    put(stratum, at);
     number_[stratum] = held;
   }
   // Puts a sample into every stratum that has none, and spaces these out.
@@ -90,6 +90,14 @@ class SpacedLevel {
     return parameters_.leave_rounds > 0 && blocks_.count <= early_samples && blocks_.count < blocks_.leaves;
   }
   bool is_held(std::uint32_t stratum) const { return number_[stratum] == held; }
+  Point sample_at(std::uint32_t stratum) const {
+    return {sample_.x[stratum], sample_.y[stratum], sample_.z[stratum]};
+  }
+  void put(std::uint32_t stratum, const Point& at) {
+    sample_.x[stratum] = at.x;
+    sample_.y[stratum] = at.y;
+    sample_.z[stratum] = at.z;
+  }
 
   // Where a sample goes.
   struct Choice {
@@ -109,7 +117,7 @@ class SpacedLevel {
     std::vector<StratumPoint> points;
     std::vector<std::uint32_t> number;  // and of `places`,
     std::vector<std::uint32_t> host;    // and their strata, where these differ
-    FarField::Visit far;
+    DipoleRows dipoles;
   };
 
   // The farthest that anything within the reach of a stratum, or within `distance` in its metric, is in
@@ -118,13 +126,11 @@ class SpacedLevel {
     return metric_.empty() ? distance : distance * metric_[stratum].stretch;
   }
   // The places are far apart: the path jumps between pieces of the surface.
-  bool is_torn(std::uint32_t stratum) const {
-    return offered_.extent(stratum) > torn_extent * in_space(stratum, spacing_[stratum]);
-  }
+  bool is_torn(std::uint32_t stratum) const { return torn_[stratum] != 0; }
   // How far from the box of its places, or from one of these where it is torn, the sample is.
   float margin(std::uint32_t stratum) const {
-    const float extent = offered_.extent(stratum), wide = in_space(stratum, spacing_[stratum]);
-    return extent > torn_extent * wide ? torn_margin * wide : box_margin * extent;
+    return is_torn(stratum) ? torn_margin * in_space(stratum, spacing_[stratum])
+                            : box_margin * offered_.extent(stratum);
   }
   float reach_of(std::uint32_t stratum) const { return reach_[stratum] * spacing_[stratum]; }
 
@@ -152,13 +158,11 @@ class SpacedLevel {
     visit.in_space = visit.places;
     to_metric(stratum, visit.places, visit.places.size());
   }
-  // The places of a stratum in the metric of another one.
+  // The places of a stratum, `other`, in the metric of another one.
   PointGroup in_metric(std::uint32_t stratum, std::uint32_t other) const {
-    const StratumMoments& moments = moments_[other];
-    const PointGroup group{mass_of(other), moments.mean, moments.central, moments.per_extent};
-    return metric_.empty() ? group : to_metric(stratum, group);
+    return {metric_.empty() ? moments_[other] : to_metric(stratum, moments_[other]), mass_of(other)};
   }
-  PointGroup to_metric(std::uint32_t stratum, const PointGroup& group) const;
+  PointMoments to_metric(std::uint32_t stratum, const PointMoments& moments) const;
   static float inverse_extent(const std::array<float, 6>& central);
   // Mass of a stratum, in samples.
   float mass_of(std::uint32_t stratum) const {
@@ -227,6 +231,8 @@ class SpacedLevel {
   // The samples around a stratum, in its metric. Some are out of reach, where kernels are 0: to leave them
   // out costs more than to count them.
   void find_samples(std::uint32_t stratum, Visit& visit) const;
+  // The same for those that were near it in the beginning; visit.near is not needed.
+  void gather_samples(std::uint32_t stratum, Visit& visit) const;
   // Adds what these repel the places with.
   void repel(std::uint32_t stratum, float weight, Visit& visit) const;
   // Calls visit_pair(place, sample, distance) where these are less than `within` apart, in the spacings of
@@ -244,7 +250,7 @@ class SpacedLevel {
           if (squared < within * within) visit_pair(k, i, std::sqrt(squared));
           continue;
         }
-        const Point sample = sample_[visit.near[i]];
+        const Point sample = sample_at(visit.near[i]);
         const float there = length_in_metric(
             visit.near[i],
             {sample.x - visit.in_space.x[k], sample.y - visit.in_space.y[k], sample.z - visit.in_space.z[k]});
@@ -273,9 +279,9 @@ class SpacedLevel {
   // The sample of a stratum as the only place, and those around it, in its metric.
   void look_at_sample(std::uint32_t stratum, Visit& visit) const;
   void move(std::uint32_t stratum, const Choice& choice) {
-    far_.move(stratum, sample_[stratum], choice.at);
+    far_.move(stratum, sample_at(stratum), choice.at);
     number_[stratum] = choice.number;
-    sample_[stratum] = choice.at;
+    put(stratum, choice.at);
   }
   // Moves the samples of strata one after the other to what choose(stratum, visit) returns.
   template <class Choose>
@@ -384,18 +390,20 @@ class SpacedLevel {
   const CancelToken& cancel_;
   bool equal_;                // all strata have as many leaves, or nearly
   std::vector<float> reach_;  // of the kernel around each, in its spacings
+  std::vector<std::uint8_t> torn_;
   StratumLists near_;
-  std::vector<StratumMoments> moments_;
+  std::vector<PointMoments> moments_;
   std::vector<std::uint32_t> slot_;  // by stratum: among those without a held sample; empty where all are
   PackedRows attraction_{0, 0};      // by slot: of all offered places
   std::vector<float> fullness_;      // by slot: attraction over that of a flat surface,
   std::vector<float> around_;        // and its mean over the strata around,
   std::vector<float> apart_;         // distance_among_sheets; empty where distance_on_sheets holds
   FarField far_;
-  std::vector<Point> sample_;
+  PointRows sample_;                   // by stratum; with max_run behind them
   std::vector<std::uint32_t> number_;  // of the place of the sample, or held
   TakenPlaces taken_;
   std::unordered_multimap<std::uint32_t, std::uint32_t> hosted_;  // by host: the strata of such samples
+  std::vector<std::uint8_t> is_host_;                             // may be one; empty where none is
 };
 
 }  // namespace meander::spaced

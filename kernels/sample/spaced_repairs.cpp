@@ -113,7 +113,7 @@ void SpacedLevel::leave_strata(const std::vector<std::uint32_t>& strata, float m
 std::optional<SpacedLevel::Leaving> SpacedLevel::find_place(std::uint32_t stratum, Visit& visit) const {
   std::optional<Leaving> result;
   read_near(stratum, visit.near);
-  Point at = sample_[stratum];
+  Point at = sample_at(stratum);
   for (const bool anew : {false, true}) {
     offer_around(stratum, at, anew, visit);
     find_samples(stratum, visit);
@@ -172,9 +172,10 @@ bool SpacedLevel::may_host(std::uint32_t host, std::uint32_t stratum) const {
 }
 
 void SpacedLevel::add_hosted(std::uint32_t stratum, std::vector<std::uint32_t>& near) const {
-  if (hosted_.empty()) return;
+  if (is_host_.empty()) return;
   const std::size_t count = near.size();
   const auto add = [&](std::uint32_t host) {
+    if (is_host_[host] == 0) return;
     const auto [first, last] = hosted_.equal_range(host);
     for (auto at = first; at != last; ++at)
       if (at->second != stratum) near.push_back(at->second);
@@ -194,14 +195,21 @@ void SpacedLevel::leave(std::uint32_t stratum, const Leaving& leaving) {
     while (at->second != stratum) ++at;
     hosted_.erase(at);
   }
+  is_host_.resize(blocks_.count);
+  is_host_[leaving.place.host] = 1;
   hosted_.insert({leaving.place.host, stratum});
   taken_[stratum] = leaving.place;
-  sample_[stratum] = leaving.at;
+  put(stratum, leaving.at);
 }
 
 void SpacedLevel::find_room(std::uint32_t stratum, Visit& visit) const {
   const float least = min_distance(stratum);
-  visit.energy.assign(visit.places.size(), 1.0f);
+  visit.energy.assign(visit.places.size(), metric_.empty() ? least * least : 1.0f);
+  if (metric_.empty()) {
+    find_nearest(visit.places, visit.samples, visit.samples.size(), visit.energy);
+    for (float& room : visit.energy) room = std::sqrt(room) / least;
+    return;
+  }
   for_each_near(stratum, least, visit, [&](std::size_t place, std::size_t, float nearer) {
     visit.energy[place] = std::min(visit.energy[place], nearer / least);
   });

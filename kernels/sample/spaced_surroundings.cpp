@@ -61,7 +61,7 @@ void SpacedLevel::find_neighbors() {
   for (std::uint32_t s = 0; s < blocks_.count; ++s) {
     if (s % sum_block == 0) cancel_.check();
     PointBox box = grown(offered_.box(s), margin(s));
-    if (is_held(s)) enclose(box, sample_[s]);
+    if (is_held(s)) enclose(box, sample_at(s));
     grid.add(box, in_space(s, reach_of(s)));
   }
   grid.build();
@@ -101,7 +101,7 @@ bool SpacedLevel::find_candidates(std::uint32_t first, std::uint32_t last, Searc
   const auto is_near = [&](std::uint32_t other) {
     const float within = distance + margin(other);
     return squared_gap(offered_.box(other), run) <= within * within ||
-           (is_held(other) && is_within(run, sample_[other], distance));
+           (is_held(other) && is_within(run, sample_at(other), distance));
   };
   if (!search.grid.find_around(run, distance, max_candidates, is_near, search.candidates)) return false;
   std::sort(search.candidates.begin(), search.candidates.end());
@@ -129,7 +129,7 @@ void SpacedLevel::look_around(std::uint32_t stratum, bool among_candidates, Sear
     } else {
       const auto is_near = [&](std::uint32_t other, const PointBox& place) {
         return other != stratum && (may_touch(other, place, distance + margin(other), search.others) ||
-                                    (is_held(other) && is_within(place, sample_[other], distance)));
+                                    (is_held(other) && is_within(place, sample_at(other), distance)));
       };
       search.grid.find(search.places.x, search.places.y, search.places.z, box, is_torn(stratum), distance,
                        max_neighbors, is_near, search.scratch, search.found);
@@ -149,7 +149,7 @@ void SpacedLevel::pick_candidates(std::uint32_t stratum, float distance, Search&
     const std::uint32_t other = search.candidates[i];
     bool near = search.beyond[i] <= 0;
     if (near && is_torn(other)) near = may_touch(other, box, distance + margin(other), search.others);
-    if (!near && is_held(other)) near = is_within(box, sample_[other], distance);
+    if (!near && is_held(other)) near = is_within(box, sample_at(other), distance);
     search.found[found] = other;
     found += near && other != stratum ? 1 : 0;
   }
@@ -183,9 +183,9 @@ void SpacedLevel::to_metric(std::uint32_t stratum, PointRows& points, std::size_
   }
 }
 
-PointGroup SpacedLevel::to_metric(std::uint32_t stratum, const PointGroup& group) const {
+PointMoments SpacedLevel::to_metric(std::uint32_t stratum, const PointMoments& moments) const {
   const auto& rows = metric_[stratum].rows;
-  const std::array<float, 6>& c = group.central;
+  const std::array<float, 6>& c = moments.central;
   const std::array<std::array<float, 3>, 3> central{
       {{c[0], c[5], c[4]}, {c[5], c[1], c[3]}, {c[4], c[3], c[2]}}};
   const auto along = [&](std::size_t i, std::size_t j) {
@@ -194,10 +194,9 @@ PointGroup SpacedLevel::to_metric(std::uint32_t stratum, const PointGroup& group
       for (std::size_t l = 0; l < 3; ++l) sum += rows[i][k] * central[k][l] * rows[j][l];
     return sum;
   };
-  PointGroup result{
-      group.mass, {}, {along(0, 0), along(1, 1), along(2, 2), along(1, 2), along(0, 2), along(0, 1)}};
+  PointMoments result{{}, {along(0, 0), along(1, 1), along(2, 2), along(1, 2), along(0, 2), along(0, 1)}};
   for (std::size_t i = 0; i < 3; ++i)
-    for (std::size_t k = 0; k < 3; ++k) result.mean[i] += rows[i][k] * group.mean[k];
+    for (std::size_t k = 0; k < 3; ++k) result.mean[i] += rows[i][k] * moments.mean[k];
   result.per_extent = inverse_extent(result.central);
   return result;
 }
@@ -215,7 +214,7 @@ void SpacedLevel::find_moments() {
     rows.resize(places);
     for (std::size_t s = begin; s < end; ++s) {
       offered_.load(s, rows, 0);
-      StratumMoments& moments = moments_[s];
+      PointMoments& moments = moments_[s];
       auto& [x, y, z] = moments.mean;
       for (std::size_t k = 0; k < places; ++k) {
         x += share * rows.x[k];
@@ -251,7 +250,11 @@ void SpacedLevel::attract(std::uint32_t stratum, Visit& visit) const {
     if (gap > far * far) continue;
     // A torn stratum has no middle.
     if (gap > close * close && !is_torn(other)) {
-      visit.groups.push_back(in_metric(stratum, other));
+      // Written where it stays: to copy a group that was written by parts waits for these.
+      PointGroup& group = visit.groups.emplace_back();
+      static_cast<PointMoments&>(group) = moments_[other];
+      group.mass = mass_of(other);
+      if (!metric_.empty()) static_cast<PointMoments&>(group) = to_metric(stratum, group);
       continue;
     }
     if (visit.background.size() < count + places) visit.background.resize(count + places);

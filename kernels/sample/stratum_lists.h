@@ -4,6 +4,9 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
+#include <initializer_list>
+#include <utility>
 #include <vector>
 
 namespace meander {
@@ -20,7 +23,7 @@ class StratumLists {
   void write(std::size_t stratum, std::vector<std::uint32_t>& others) {
     std::vector<std::uint8_t>& bytes = bytes_[stratum / block_];
     begin_[stratum] = static_cast<std::uint32_t>(bytes.size());
-    std::sort(others.begin(), others.end());
+    if (!std::is_sorted(others.begin(), others.end())) std::sort(others.begin(), others.end());
     put(others.size(), bytes);
     std::uint64_t at = stratum;
     for (std::size_t i = 0, end; i < others.size(); i = end) {
@@ -39,22 +42,49 @@ class StratumLists {
 
   // Replaces `others` by those of the stratum, ascending.
   void read(std::size_t stratum, std::vector<std::uint32_t>& others) const {
-    const std::uint8_t* at = bytes_[stratum / block_].data() + begin_[stratum];
-    others.resize(take(at));
+    others.resize(size(stratum));
+    visit_runs(stratum, [&](std::size_t i, std::uint32_t next, std::size_t length) {
+      for (const std::size_t end = i + length; i < end; ++i) others[i] = next++;
+    });
+  }
+  std::size_t size(std::size_t stratum) const {
+    const std::uint8_t* at = bytes_of(stratum);
+    return take(at);
+  }
+
+  // A run is no longer than this.
+  static constexpr std::size_t max_run = 8;
+  // Calls visit(i, first, length) for the runs of the list, ascending: the i-th entry is `first`, and those
+  // after it, `length` in all, follow on it.
+  template <class Visit>
+  void visit_runs(std::size_t stratum, const Visit& visit) const {
+    const std::uint8_t* at = bytes_of(stratum);
+    const std::size_t count = take(at);
     std::uint64_t next = stratum;
-    for (std::size_t i = 0; i < others.size();) {
+    for (std::size_t i = 0; i < count;) {
       const std::uint64_t run = take(at), way = run / max_run;
+      const std::size_t length = run % max_run + 1;
       if (i > 0)
         next += way;
       else
         next = (way & 1) != 0 ? stratum - (way >> 1) : stratum + (way >> 1);
-      for (std::uint64_t left = run % max_run + 1; left > 0; --left)
-        others[i++] = static_cast<std::uint32_t>(next++);
+      visit(i, static_cast<std::uint32_t>(next), length);
+      next += length;
+      i += length;
     }
+  }
+  // Copies a row of numbers by stratum for all of the list. from: with `max_run` numbers after the last
+  // stratum's; to: with as many after the list's.
+  void gather(std::size_t stratum, std::initializer_list<std::pair<const float*, float*>> rows) const {
+    visit_runs(stratum, [&](std::size_t i, std::uint32_t first, std::size_t) {
+      for (const auto& [from, to] : rows) std::memcpy(to + i, from + first, max_run * sizeof(float));
+    });
   }
 
  private:
-  static constexpr std::uint64_t max_run = 8;
+  const std::uint8_t* bytes_of(std::size_t stratum) const {
+    return bytes_[stratum / block_].data() + begin_[stratum];
+  }
   static void put(std::uint64_t value, std::vector<std::uint8_t>& bytes) {
     for (; value >= 128; value >>= 7) bytes.push_back(static_cast<std::uint8_t>(value | 128));
     bytes.push_back(static_cast<std::uint8_t>(value));

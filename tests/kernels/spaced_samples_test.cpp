@@ -131,7 +131,8 @@ TEST_CASE(
 TEST_CASE("kernel sums: groups attract like their points") {
   // 500 points in a box of .3 x .2 x .1, a distance of 1 to 2 away; the reach is 4, farther than all of them.
   const auto inner = random_points(500, 3);
-  PointGroup group{500};
+  PointGroup group;
+  group.mass = 500;
   std::vector<std::array<float, 3>> points;
   for (const auto& p : inner) points.push_back({0.3f * p[0], 0.2f * p[1], 0.1f * p[2]});
   for (const auto& p : points)
@@ -301,7 +302,7 @@ TEST_CASE("far field: a wave of samples pushes as its dipoles one by one do, but
   // Within a 20th of the largest. A plane of strata in runs of two by two, whose samples are displaced along
   // x by a wave.
   constexpr std::uint32_t side = 40;
-  std::vector<StratumMoments> moments(side * side);
+  std::vector<PointMoments> moments(side * side);
   for (std::uint32_t s = 0; s < moments.size(); ++s) {
     const std::uint32_t run = s / 4, x = 2 * (run % (side / 2)) + s % 2,
                         y = 2 * (run / (side / 2)) + s / 2 % 2;
@@ -320,7 +321,7 @@ TEST_CASE("far field: a wave of samples pushes as its dipoles one by one do, but
   }
   CHECK_FALSE(field.reaches(0));
   CHECK(field.reaches(4));
-  FarField::Visit visit;
+  DipoleRows scratch;
   for (std::uint32_t s = 10 * 2 * side + 14 * 2; s < 10 * 2 * side + 26 * 2; ++s) {
     REQUIRE(field.reaches(s));
     const auto& [x, y, z] = moments[s].mean;
@@ -328,7 +329,7 @@ TEST_CASE("far field: a wave of samples pushes as its dipoles one by one do, but
     places.push_back(x - 0.5f, y, z);
     places.push_back(x + 0.5f, y, z);
     std::vector<float> energy(2, 0.0f);
-    field.add(s, moments[s], 1, {way(s), 0, 0}, 1, places, visit, energy);
+    field.add(s, moments[s], 1, {way(s), 0, 0}, 1, places, scratch, energy);
     const FarScale scale{1, static_cast<float>(kernel_reach), FarField::far_reach, FarField::ramp};
     all.set(s, moments[s].mean, {});
     const float one_by_one = sum_dipoles(all, moments[s].mean, scale)[0];
