@@ -1,4 +1,6 @@
 // The 1-D set and the placement of samples.
+#include <oneapi/tbb/global_control.h>
+
 #include "bench/bench_shapes.h"
 #include "kernels/partition/element_cells.h"
 #include "kernels/sample/place_samples.h"
@@ -33,9 +35,10 @@ void order(benchmark::State& state) {
 }
 BENCHMARK(order)->Arg(2048)->Arg(100000)->Unit(benchmark::kMicrosecond);
 
-// On the elements of a curve, or in cells.
+// On the elements of a curve, or in cells; on one core.
 void place(benchmark::State& state, const SurfaceOrder& order, const SampleParameters& parameters) {
   const Model& model = prepared_shape(state.range(0));
+  const oneapi::tbb::global_control one(oneapi::tbb::global_control::max_allowed_parallelism, 1);
   const PlaceParameters where = place_parameters(parameters);
   OutputFrame frame = output_frame(model.surface, NormalizeKind::none);
   Samples result;
