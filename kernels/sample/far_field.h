@@ -27,7 +27,7 @@ class FarField {
   static constexpr float far_reach = 7;
   // Kernels end, and the far one begins, within so many spacings about their reach: the extent of runs, whose
   // dipoles stand for what lies there as a whole.
-  static constexpr float ramp = 1.5f;
+  static constexpr float ramp = 1.25f;
 
   FarField() = default;  // there is none
   // takes_part: by stratum. The samples are in the means of their strata until `move` says where they are.

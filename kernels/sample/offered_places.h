@@ -19,13 +19,11 @@
 namespace meander::spaced {
 
 // Samples farther apart than this do not know of each other, in spacings: sqrt(area of a stratum).
-inline constexpr double kernel_reach = 3;
+inline constexpr double kernel_reach = 2.5;
 // Cells in which neighbors are looked for are at least so large, in mean reaches.
 inline constexpr double min_cell = 1.0 / 1024;
 // Strata that one task draws.
 inline constexpr std::size_t draw_block = 256;
-// How much of its stratum the places near one lie in, in shares.
-inline constexpr double near_width = 2;
 
 // The strata of one level: equal runs of leaves, which are the strata of the whole set.
 struct LeafBlocks {
@@ -52,10 +50,6 @@ struct PlaceName {
   std::uint32_t level = 0, stratum = 0, number = 0;
 };
 
-// Numbers of places: those that all strata offer at first; new ones of repairs, in passes; and new ones in
-// and beside the share of another place, whose number is known.
-inline constexpr std::uint32_t near_place = 0x80000000u;
-inline constexpr std::uint32_t near_numbers = 0x10000u;  // of places near one share
 // Counter of random numbers of a stratum: of the shift of its net.
 inline constexpr std::uint32_t net_shift = 0x10000u;
 
@@ -92,26 +86,12 @@ struct Offer {
     const LeafBlocks blocks = levels.blocks(static_cast<int>(name.level));
     const std::uint32_t begin = blocks.begin(name.stratum), size = blocks.size(name.stratum);
     const double random = draw.words[0] * 0x1p-32;
-    double in_stratum;
-    if ((name.number & near_place) != 0) {
-      const double middle = share_of(name.number) + 0.5;
-      in_stratum = std::clamp((middle + near_width * (random - 0.5)) / parameters.candidates, 0.0, 1.0);
-    } else {
-      const bool first = name.number < parameters.candidates;
-      const std::uint32_t among = first ? parameters.candidates : parameters.repair_candidates;
-      const std::uint32_t share = first ? name.number : (name.number - parameters.candidates) % among;
-      in_stratum = (share + random) / among;
-    }
+    const bool first = name.number < parameters.candidates;
+    const std::uint32_t among = first ? parameters.candidates : parameters.repair_candidates;
+    const std::uint32_t share = first ? name.number : (name.number - parameters.candidates) % among;
+    const double in_stratum = (share + random) / among;
     draw.at = std::min(begin + in_stratum * size, std::nextafter(double(begin + size), 0.0));
     return draw;
-  }
-
-  // Which of `candidates` shares of its stratum a place lies in, or near.
-  std::uint32_t share_of(std::uint32_t number) const {
-    if ((number & near_place) != 0) return (number & ~near_place) / near_numbers;
-    if (number < parameters.candidates) return number;
-    const std::uint32_t share = (number - parameters.candidates) % parameters.repair_candidates;
-    return share * parameters.candidates / parameters.repair_candidates;
   }
 
   static std::uint64_t index_of(const PlaceName& name) {

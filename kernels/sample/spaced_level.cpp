@@ -16,8 +16,6 @@ namespace {
 constexpr float short_factor = 1.1f, min_short_reach = 0.715f * static_cast<float>(hexagonal_distance);
 // Strata of at least so many leaves count as equal where some have one more.
 constexpr std::uint32_t nearly_equal_leaves = 256;
-// New places that a sample is offered around its own.
-constexpr std::uint32_t refined_places = 8;
 // Repairs offer up to so many times as many places as the first one.
 constexpr std::uint32_t max_repair_factor = 4;
 // Their short kernel doubles so often: what repels a sample outweighs everything else in the end.
@@ -67,11 +65,6 @@ void SpacedLevel::space_out() {
     if (sweep == 1) find_far_field();
     visit_groups(free, sweep, [&](std::uint32_t s, Visit& visit) { return choose(s, visit); });
   }
-  for (std::uint32_t pass = 0; pass < parameters_.refinements; ++pass)
-    visit_groups(free, max_sweeps + pass, [&](std::uint32_t s, Visit& visit) {
-      const std::uint32_t share = offer_.share_of(number_[s]), count = refined_places;
-      return choose_new(s, near_place | (share * near_numbers + pass * count), count, sweep_weight(s), visit);
-    });
   std::vector<std::uint32_t> all = free;
   const double few = (free.size() < blocks_.count ? crowded_beside_held : crowded) * double(free.size());
   for (std::uint32_t pass = 0; pass < parameters_.repairs; ++pass) {
@@ -86,7 +79,7 @@ void SpacedLevel::space_out() {
     };
     // The last pass goes in one turn, so that no two of its samples miss each other.
     if (pass + 1 < parameters_.repairs)
-      visit_groups(free, max_sweeps + max_refinements + pass, move);
+      visit_groups(free, max_sweeps + pass, move);
     else
       visit_in_turn(free, move);
   }

@@ -56,8 +56,7 @@ inline constexpr std::uint32_t groups = 16;
 // Strata that one visits between two looks at the cancel token, where they take long.
 inline constexpr std::size_t check_interval = 16;
 // Limits of SpacingParameters.
-inline constexpr std::uint32_t max_sweeps = 64, max_refinements = 16, max_repairs = 64, max_leave_rounds = 8,
-                               max_hole_rounds = 4;
+inline constexpr std::uint32_t max_sweeps = 64, max_repairs = 64, max_leave_rounds = 8, max_hole_rounds = 4;
 
 // The place that a sample which left its stratum has taken: `number` of stratum `host`.
 struct TakenPlace {

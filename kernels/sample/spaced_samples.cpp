@@ -148,9 +148,9 @@ class SpacedSet {
 SpacingParameters spacing_parameters(SpacingKind kind) {
   switch (kind) {
     case SpacingKind::fast:
-      return {8, 2, 0, 16, 16, 0.6, 0.54, 0.2, 2, 0};
+      return {8, 2, 16, 16, 0.6, 0.54, 0.2, 2, 0};
     case SpacingKind::best:
-      return {40, 3, 0, 16, 32, 0.69, 0.62, 0.2};
+      return {48, 4, 16, 32, 0.69, 0.62, 0.2, 1};
     case SpacingKind::standard:
       break;
   }
@@ -162,7 +162,6 @@ std::vector<std::string> validate(const SpacingParameters& p) {
   check_range(problems, "candidates", p.candidates, 8, 64);
   if (p.candidates % 8 != 0) problems.push_back("candidates are a multiple of 8");
   check_range(problems, "sweeps", p.sweeps, 0, max_sweeps);
-  check_range(problems, "refinements", p.refinements, 0, max_refinements);
   check_range(problems, "repairs", p.repairs, 0, max_repairs);
   check_range(problems, "repair candidates", p.repair_candidates, 1, 256);
   check_range(problems, "least spacing", p.repair_below, 0.1, 1.0);

@@ -22,12 +22,11 @@ inline constexpr double hexagonal_distance = 1.0745699318235418;
 struct SpacingParameters {
   std::uint32_t candidates = 16;         // places that every stratum offers: 8, 16, .. 64
   std::uint32_t sweeps = 4;              // over all samples, 0..64
-  std::uint32_t refinements = 0;         // passes that offer each sample new places around its own, 0..16
   std::uint32_t repairs = 16;            // passes over samples that are too near to another one, 0..64
   std::uint32_t repair_candidates = 32;  // new places that each is offered, 1..256
   // What is too near, in spacings of the hexagonal lattice, .1..1, along the path and in progressive order;
   // but no more than this share of all samples, the nearest ones, are moved; 0..1
-  double repair_below = 0.68, progressive_repair_below = 0.6, repair_share = 0.2;
+  double repair_below = 0.69, progressive_repair_below = 0.62, repair_share = 0.2;
   // Rounds in which samples that are still too near, at most one in 64 each time, may leave their strata,
   // 0..8; unless there are none, as many as possible for the first 512 samples of a larger progressive set
   std::uint32_t leave_rounds = 2;
@@ -97,10 +96,10 @@ struct SpacedSamples {
 // positive definite kernel over its distances to the other samples, minus the same sum over the surface.
 // Every stratum offers `candidates` random points of its own; the strata are visited in random groups,
 // `sweeps` times, and each time the sample moves to the place of least energy. Beyond the reach of the kernel
-// several strata together count by how far their samples are from their means. Then `refinements` passes
-// offer new places around each sample, and `repairs` passes do so, anywhere in the stratum, for samples that
-// are too near to another one. What finds no room there takes a place of another stratum nearby: few do,
-// where a stratum is narrow, bent or torn (with leave_rounds = 0 none).
+// several strata together count by how far their samples are from their means. Then `repairs` passes offer
+// new places, anywhere in the stratum, to samples that are too near to another one. What finds no room there
+// takes a place of another stratum nearby: few do, where a stratum is narrow, bent or torn (with leave_rounds
+// = 0 none).
 //
 // progressive: the order of progressive_order, and the same is done for the first 64, 128, ... samples in as
 // many coarser strata; those of before stay, and each stratum's empty half gets a new one. Else the samples
