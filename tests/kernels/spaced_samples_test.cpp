@@ -253,7 +253,12 @@ TEST_CASE("stratum lists: what is written is read") {
   for (std::size_t s = 0; s < wanted.size(); ++s) {
     lists.read(s, read);
     CHECK(read == wanted[s]);
+    CHECK(lists.size(s) == wanted[s].size());
   }
+  std::vector<float> from(42 + StratumLists::max_run), to(run.size() + StratumLists::max_run);
+  std::iota(from.begin(), from.end(), 0.0f);
+  lists.gather(5, {{from.data(), to.data()}});
+  CHECK(std::equal(run.begin(), run.end(), to.begin()));
 }
 
 TEST_CASE("sum_dipoles: the slope of the far kernel, the same for every instruction set") {
