@@ -22,7 +22,7 @@ constexpr std::uint32_t max_repair_factor = 4;
 constexpr unsigned max_doublings = 3;
 // Where more than this share of the samples is too near, as in heaps of sheets, there is no room to leave
 // for, and less beside samples that were placed before: only those on sheets that lie alone leave.
-constexpr double crowded = 1.0 / 3, crowded_beside_held = 1.0 / 16;
+constexpr double crowded = 1.0 / 3, crowded_beside_held = 1.0 / 8;
 
 }  // namespace
 
