@@ -157,9 +157,12 @@ class SpacedLevel {
     visit.in_space = visit.places;
     to_metric(stratum, visit.places, visit.places.size());
   }
-  // The places of a stratum, `other`, in the metric of another one.
-  PointGroup in_metric(std::uint32_t stratum, std::uint32_t other) const {
-    return {metric_.empty() ? moments_[other] : to_metric(stratum, moments_[other]), mass_of(other)};
+  // Writes the places of a stratum, `other`, in the metric of another one where they stay: to copy a group
+  // that was just written by parts would wait for these.
+  void find_group(std::uint32_t stratum, std::uint32_t other, PointGroup& group) const {
+    static_cast<PointMoments&>(group) =
+        metric_.empty() ? moments_[other] : to_metric(stratum, moments_[other]);
+    group.mass = mass_of(other);
   }
   PointMoments to_metric(std::uint32_t stratum, const PointMoments& moments) const;
   static float inverse_extent(const std::array<float, 6>& central);

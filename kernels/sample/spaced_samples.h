@@ -34,7 +34,7 @@ struct SpacingParameters {
   std::uint32_t hole_rounds = 1;
 };
 
-// fast: two thirds of the time of standard; best: twice the time, and the lowest error
+// fast: two thirds of the time of standard; best: two to three times the time, and the lowest error
 // (docs/METHODS.md 7.5 has the numbers).
 enum class SpacingKind : std::uint8_t { fast, standard, best };
 inline constexpr Word<SpacingKind> spacing_words[] = {

@@ -250,11 +250,7 @@ void SpacedLevel::attract(std::uint32_t stratum, Visit& visit) const {
     if (gap > far * far) continue;
     // A torn stratum has no middle.
     if (gap > close * close && !is_torn(other)) {
-      // Written where it stays: to copy a group that was written by parts waits for these.
-      PointGroup& group = visit.groups.emplace_back();
-      static_cast<PointMoments&>(group) = moments_[other];
-      group.mass = mass_of(other);
-      if (!metric_.empty()) static_cast<PointMoments&>(group) = to_metric(stratum, group);
+      find_group(stratum, other, visit.groups.emplace_back());
       continue;
     }
     if (visit.background.size() < count + places) visit.background.resize(count + places);
@@ -363,13 +359,14 @@ float SpacedLevel::distance_among_sheets(std::uint32_t stratum,
 }
 
 float SpacedLevel::thickness_around(std::uint32_t stratum, const std::vector<std::uint32_t>& near) const {
-  const PointGroup own = in_metric(stratum, stratum);
+  PointGroup own, group;
+  find_group(stratum, stratum, own);
   const float far = reach_of(stratum);
   double mass = own.mass;
   std::array<double, 3> sum{};
   std::array<double, 6> square{};  // xx, yy, zz, yz, xz, xy
   for (const std::uint32_t other : near) {
-    const PointGroup group = in_metric(stratum, other);
+    find_group(stratum, other, group);
     const double x = double(group.mean[0]) - double(own.mean[0]),
                  y = double(group.mean[1]) - double(own.mean[1]),
                  z = double(group.mean[2]) - double(own.mean[2]);
