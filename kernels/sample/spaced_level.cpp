@@ -23,6 +23,8 @@ constexpr unsigned max_doublings = 3;
 // Where more than this share of the samples is too near, as in heaps of sheets, there is no room to leave
 // for, and less beside samples that were placed before: only those on sheets that lie alone leave.
 constexpr double crowded = 1.0 / 3, crowded_beside_held = 1.0 / 8;
+// The weight of distances while samples settle around those that have left, over that of repairs.
+constexpr float settling = 64;
 
 }  // namespace
 
@@ -72,21 +74,17 @@ void SpacedLevel::space_out() {
     const auto move = [&](std::uint32_t s, Visit& visit) {
       // Fewer are left in each pass, and those need more places.
       const std::uint32_t more = std::min(pass + 1, max_repair_factor);
-      const std::uint32_t first =
-          parameters_.candidates + pass * max_repair_factor * parameters_.repair_candidates;
-      return choose_new(s, first, more * parameters_.repair_candidates,
+      return choose_new(s, first_number(pass), more * parameters_.repair_candidates,
                         stacked_weight(s) * static_cast<float>(1u << std::min(pass, max_doublings)), visit);
     };
-    // The last pass goes in one turn, so that no two of its samples miss each other.
-    if (pass + 1 < parameters_.repairs)
-      visit_groups(free, max_sweeps + pass, move);
-    else
-      visit_in_turn(free, move);
+    move_in_pass(free, pass, pass + 1 == parameters_.repairs, move);
   }
   const std::uint32_t rounds = is_early() ? max_leave_rounds : parameters_.leave_rounds;
   for (std::uint32_t round = 0; round < rounds; ++round) {
     all = too_near(all);
-    leave_strata(first_of(all, 1.0 / few_leave), all.size() <= few ? max_leave_fullness : alone_to);
+    const bool is_crowded = static_cast<double>(all.size()) > few;
+    leave_strata(first_of(all, 1.0 / few_leave), is_crowded ? alone_to : max_leave_fullness);
+    if (!is_crowded) settle(parameters_.repairs + round, round + 1 == rounds);
   }
   if (blocks_.count == blocks_.leaves && metric_.empty())
     for (std::uint32_t round = 0; round < parameters_.hole_rounds; ++round) fill_holes();
@@ -186,7 +184,7 @@ void SpacedLevel::draw_new(std::uint32_t stratum, std::uint32_t first, std::uint
 SpacedLevel::Choice SpacedLevel::choose_new(std::uint32_t stratum, std::uint32_t first, std::uint32_t count,
                                             float weight, Visit& visit) const {
   draw_new(stratum, first, count, visit);
-  near_.read(stratum, visit.near);
+  read_near(stratum, visit.near);
   ask_about(sample_at(stratum), visit);
   visit.number.assign(1, number_[stratum]);
   for (std::uint32_t k = 0; k < count; ++k) {
@@ -209,10 +207,43 @@ SpacedLevel::Choice SpacedLevel::choose_new(std::uint32_t stratum, std::uint32_t
 }
 
 void SpacedLevel::look_at_sample(std::uint32_t stratum, Visit& visit) const {
-  near_.read(stratum, visit.near);
+  read_near(stratum, visit.near);
   ask_about(sample_at(stratum), visit);
   find_samples(stratum, visit);
   places_to_metric(stratum, visit);
+}
+
+std::uint32_t SpacedLevel::first_number(std::uint32_t pass) const {
+  return parameters_.candidates + pass * max_repair_factor * parameters_.repair_candidates;
+}
+
+void SpacedLevel::settle(std::uint32_t pass, bool is_last) {
+  std::vector<std::uint32_t> around, near;
+  const auto add_around = [&](std::uint32_t stratum) {
+    read_near(stratum, near);
+    near.push_back(stratum);
+    for (const std::uint32_t s : near)
+      if (!is_held(s) && !taken_.contains(s)) around.push_back(s);
+  };
+  for (const auto& [stratum, place] : taken_) {
+    add_around(stratum);
+    add_around(place.host);
+  }
+  std::sort(around.begin(), around.end());
+  around.erase(std::unique(around.begin(), around.end()), around.end());
+  move_in_pass(around, pass, is_last, [&](std::uint32_t s, Visit& visit) {
+    return choose_new(s, first_number(pass), parameters_.repair_candidates, settling * stacked_weight(s),
+                      visit);
+  });
+}
+
+template <class Choose>
+void SpacedLevel::move_in_pass(const std::vector<std::uint32_t>& strata, std::uint32_t pass, bool is_last,
+                               const Choose& choose) {
+  if (is_last)
+    visit_in_turn(strata, choose);
+  else
+    visit_groups(strata, max_sweeps + pass, choose);
 }
 
 template <class Choose>

@@ -285,6 +285,16 @@ class SpacedLevel {
     number_[stratum] = choice.number;
     put(stratum, choice.at);
   }
+  // The number of the first new place that a pass of repairs or of settling offers.
+  std::uint32_t first_number(std::uint32_t pass) const;
+  // Moves the samples around the places where those that have left their strata were and are: they close the
+  // gaps, and make room for what is still too near.
+  void settle(std::uint32_t pass, bool is_last);
+  // The samples of a pass move in groups, and those of the last one in one turn, so that no two of them miss
+  // each other.
+  template <class Choose>
+  void move_in_pass(const std::vector<std::uint32_t>& strata, std::uint32_t pass, bool is_last,
+                    const Choose& choose);
   // Moves the samples of strata one after the other to what choose(stratum, visit) returns.
   template <class Choose>
   void visit_in_turn(const std::vector<std::uint32_t>& strata, const Choose& choose);

@@ -27,9 +27,10 @@ struct SpacingParameters {
   // What is too near, in spacings of the hexagonal lattice, .1..1, along the path and in progressive order;
   // but no more than this share of all samples, the nearest ones, are moved; 0..1
   double repair_below = 0.69, progressive_repair_below = 0.62, repair_share = 0.2;
-  // Rounds in which samples that are still too near, at most one in 64 each time, may leave their strata,
-  // 0..8; unless there are none, as many as possible for the first 512 samples of a larger progressive set
-  std::uint32_t leave_rounds = 2;
+  // Rounds in which samples that are still too near, at most one in 64 each time, may leave their strata, and
+  // those around them settle, 0..8; unless there are none, as many as possible for the first 512 samples of a
+  // larger progressive set
+  std::uint32_t leave_rounds = 4;
   // Rounds in which samples beside the largest holes, at most one in 64, move into these, 0..4
   std::uint32_t hole_rounds = 1;
 };
