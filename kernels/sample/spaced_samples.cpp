@@ -150,7 +150,7 @@ SpacingParameters spacing_parameters(SpacingKind kind) {
     case SpacingKind::fast:
       return {8, 2, 16, 16, 0.6, 0.54, 0.2, 2, 0};
     case SpacingKind::best:
-      return {48, 4, 16, 32, 0.71, 0.62, 0.2, 4};
+      return {32, 5, 16, 32, 0.71, 0.62, 0.2, 4};
     case SpacingKind::standard:
       break;
   }

@@ -35,7 +35,7 @@ struct SpacingParameters {
   std::uint32_t hole_rounds = 1;
 };
 
-// fast: two thirds of the time of standard; best: two to three times the time, and the lowest error
+// fast: two thirds of the time of standard; best: about twice the time, and the lowest error
 // (docs/METHODS.md 7.5 has the numbers).
 enum class SpacingKind : std::uint8_t { fast, standard, best };
 inline constexpr Word<SpacingKind> spacing_words[] = {
