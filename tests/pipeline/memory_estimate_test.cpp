@@ -210,7 +210,9 @@ void check_models(const std::vector<fs::path>& models, const Setting& setting, i
   double highest = 0;
   std::vector<double> ratios;
   std::string of;
-  peak_of(models.front(), setting, threads, device);  // what threads and libraries take once
+  Setting few = setting;
+  few.parameters.samples = 64;
+  peak_of(models.front(), few, threads, device);  // what threads and libraries take once
   for (const fs::path& path : models) {
     const Peak peak = peak_of(path, setting, threads, device);
     ratios.push_back(peak.ratio());
