@@ -39,6 +39,9 @@ inline constexpr float sheet_balance = 0.8f;
 // The share of their weight that repairs keep in stacks of sheets, from the second fullness on, and all of it
 // to the first: what drives samples apart drives them to the rims of thin plates.
 inline constexpr float stacked_repair = 0.075f, alone_to = 1.25f, stacked_from = 1.5f;
+// The same in the first levels of a progressive set, where parts of a body that are side by side look like
+// stacks.
+inline constexpr float early_stacked_repair = 0.3f;
 // Strata larger than this, in spacings, are torn.
 inline constexpr float torn_extent = 2.2f;
 // How far from their strata's first places samples are put: in spacings, and in extents of the stratum.
@@ -200,7 +203,8 @@ class SpacedLevel {
   float stacked_weight(std::uint32_t stratum) const {
     const std::size_t slot = slot_of(stratum);
     const float stack = (std::max(fullness_[slot], around_[slot]) - alone_to) / (stacked_from - alone_to);
-    return repair_weight * (1 - (1 - stacked_repair) * std::clamp(stack, 0.0f, 1.0f));
+    const float least = is_early() ? early_stacked_repair : stacked_repair;
+    return repair_weight * (1 - (1 - least) * std::clamp(stack, 0.0f, 1.0f));
   }
   // Nearer than this is too near.
   float min_distance(std::uint32_t stratum) const {
