@@ -142,7 +142,7 @@ def border_density(points):
 
 
 def draw_bias(figures):
-    count, sets = 256, 50 if figures.quick else 1000
+    count, sets = 256, 20 if figures.quick else 1000
     rows = {name: [name] for name in METHODS}
     border = {}
     for model in (unit_square(12), unit_sphere(24), unit_cube(4)):
