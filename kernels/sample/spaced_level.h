@@ -340,7 +340,8 @@ class SpacedLevel {
   void offer_around(std::uint32_t stratum, const Point& sample, bool anew, Visit& visit) const;
   // At borders there seems to be room: rims of plates would fill.
   bool may_host(std::uint32_t host, std::uint32_t stratum) const;
-  // Adds the strata, which may be farther away, whose samples have come into this one or one of `near`.
+  // Adds the strata, which may be farther away, whose samples have come into this one or one of `near`, which
+  // are ascending.
   void add_hosted(std::uint32_t stratum, std::vector<std::uint32_t>& near) const;
   void read_near(std::uint32_t stratum, std::vector<std::uint32_t>& near) const {
     near_.read(stratum, near);

@@ -173,17 +173,16 @@ bool SpacedLevel::may_host(std::uint32_t host, std::uint32_t stratum) const {
 
 void SpacedLevel::add_hosted(std::uint32_t stratum, std::vector<std::uint32_t>& near) const {
   if (is_host_.empty()) return;
-  const auto count = static_cast<std::ptrdiff_t>(near.size());
+  const std::size_t count = near.size();
   const auto add = [&](std::uint32_t host) {
     if (is_host_[host] == 0) return;
     const auto [first, last] = hosted_.equal_range(host);
     for (auto at = first; at != last; ++at)
-      if (at->second != stratum &&
-          !std::ranges::binary_search(near.begin(), near.begin() + count, at->second))
+      if (at->second != stratum && !std::ranges::binary_search(std::span(near).first(count), at->second))
         near.push_back(at->second);
   };
   add(stratum);
-  for (std::ptrdiff_t i = 0; i < count; ++i) add(near[static_cast<std::size_t>(i)]);
+  for (std::size_t i = 0; i < count; ++i) add(near[i]);
 }
 
 std::uint32_t SpacedLevel::host_of(std::uint32_t stratum) const {

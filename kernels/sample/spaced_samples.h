@@ -35,7 +35,7 @@ struct SpacingParameters {
   std::uint32_t hole_rounds = 1;
 };
 
-// fast: two thirds of the time of standard; best: about twice the time, and the lowest error
+// fast: half to two thirds of the time of standard; best: less than twice the time, and the lowest error
 // (docs/METHODS.md 7.5 has the numbers).
 enum class SpacingKind : std::uint8_t { fast, standard, best };
 inline constexpr Word<SpacingKind> spacing_words[] = {
@@ -107,7 +107,7 @@ struct SpacedSamples {
 // are in the order of the strata.
 //
 // Pure in (strata, key, parameters), the same for every number of threads: the samples of a group are chosen
-// before any of them moves. Cost: about 15 us a sample (21 where progressive) on one core, several times as
+// before any of them moves. Cost: about 17 us a sample (27 where progressive) on one core, several times as
 // much where sheets are stacked; 473 bytes a sample at the peak, with what is given and returned. Throws
 // std::invalid_argument for parameters that `validate` refuses.
 SpacedSamples space_samples(const Strata& strata, bool progressive, RandomKey key,
