@@ -21,7 +21,7 @@ namespace meander {
 //
 // places: in the order of a path, where those that follow each other are neighbors; of 1,024 of them each
 // sees where those before it have gone, the others' moves in the next pass. mesh: with topology. density:
-// samples follow it. The same for every number of threads; no randomness. Cost: about 8 us a sample on one
+// samples follow it. The same for every number of threads; no randomness. Cost: about 6 us a sample on one
 // core, and O(T log T); about 600 bytes a sample at the peak.
 std::uint32_t relax_samples(const PreparedMesh& mesh, const MeshMeasure& measure,
                             std::span<SurfacePlace> places, const CancelToken& cancel = {});
