@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <stdexcept>
+#include <utility>
 
 #include "kernels/core/parallel.h"
 
@@ -93,9 +94,10 @@ class Builder {
       child[count] = split(child[largest], depth);
       ++count;
     }
-    // Leaves ascend by position.
-    std::sort(child.begin(), child.begin() + static_cast<std::ptrdiff_t>(count),
-              [](const Range& a, const Range& b) { return a.begin < b.begin; });
+    // Leaves ascend by position. Insertion: GCC 14 reports that std::sort reads beyond so few.
+    for (std::size_t c = 1; c < count; ++c)
+      for (std::size_t at = c; at > 0 && child[at].begin < child[at - 1].begin; --at)
+        std::swap(child[at], child[at - 1]);
     const std::size_t own = part.nodes.size();
     part.nodes.emplace_back();
     for (std::size_t c = 0; c < fan; ++c) {
